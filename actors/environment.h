@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "actors/scene.h"
+#include "actors/vehicles/vehicle.h"
+#include "common/rl/episode.h"
+#include "common/rl/segment.h"
+
+namespace cairn::actors {
+
+/// What one control step gave.
+struct StepResult {
+  float reward = 0;
+  SegmentEnd end = SegmentEnd::kNone;  ///< kTerminated or kTruncated when the episode is over
+};
+
+/// One vehicle in its own small ODE world: observation, action → reward, episode bookkeeping. Reset decides whether it
+/// is a training or an evaluation episode; all randomness is keyed by (seed, vehicle or start, purpose, episode), so
+/// the result does not depend on which process runs it. One thread at a time.
+class Environment {
+ public:
+  explicit Environment(std::shared_ptr<const Scene> scene);
+  ~Environment();
+
+  /// Starts training episode `episode` of `vehicle`.
+  void ResetTraining(int vehicle, int episode);
+
+  /// Starts evaluation from start `index` of `set`; `evaluation` numbers the check. Step limit evaluation.max_steps.
+  void ResetEvaluation(StartSet set, int index, int evaluation);
+
+  /// Writes ObservationSize(experiment) floats.
+  void Observe(float* observation) const;
+
+  /// Applies an action in [−1, 1]^2 for one control period; the first event (contact, goal) ends it early.
+  /// A non-finite action or state ends the episode as kDiverged (truncated, reward 0).
+  StepResult Step(const float* action);
+
+  /// Bookkeeping of the current episode; complete when the last Step returned an end.
+  const EpisodeResult& episode() const { return episode_; }
+
+  Pose pose() const;
+  double speed() const;  ///< forward [m/s]
+  /// D_min of the current episode [m].
+  float d_min() const;
+
+  /// After Scene::SetTable in mid-episode (DESIGN 24): D_min = new D(s), no reward.
+  void ResetProgress();
+
+  /// Opaque, exact: after Load the same actions give the same bits.
+  std::string Save() const;
+  void Load(const std::string& blob);
+
+ private:
+  struct State;
+  std::shared_ptr<const Scene> scene_;
+  std::unique_ptr<State> state_;
+  EpisodeResult episode_;
+};
+
+}  // namespace cairn::actors

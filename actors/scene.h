@@ -1,0 +1,58 @@
+#pragma once
+
+#include <memory>
+
+#include "common/config/experiment.h"
+#include "common/core/random.h"
+#include "common/rl/episode.h"
+#include "common/roadmap/roadmap_lookup.h"
+#include "common/world/distance_field.h"
+#include "common/world/obstacle_grid.h"
+#include "common/world/reachability.h"
+#include "common/world/world.h"
+
+namespace cairn::actors {
+
+/// Pose of a ground vehicle in W: centre [m] and yaw [rad].
+struct Pose {
+  double x = 0, y = 0, yaw = 0;
+};
+
+/// Everything immutable that the environments of one process share: world, field, obstacles, cost table, start sets.
+class Scene {
+ public:
+  /// Builds world, field and obstacle grid from the experiment; throws UsageError as MakeWorld and Reachability do.
+  explicit Scene(Experiment experiment);
+
+  /// The cost table that rewards and look-ahead read from now on. The scale of D_min in the observation is fixed by
+  /// the first table.
+  void SetTable(std::shared_ptr<const RoadmapLookup> lookup);
+
+  /// Uniform pose in free space (circumscribed radius + 3 mm · radius/43 mm from obstacles, outside the goal, goal
+  /// reachable), or in the start region, yaw uniform. Training: from (seed, vehicle, kStart, episode).
+  Pose TrainingStart(int vehicle, int episode) const;
+
+  /// Start `index` of a fixed evaluation set; depends on world.seed alone. The sets are disjoint.
+  Pose EvaluationStart(StartSet set, int index) const;
+
+  const Experiment& experiment() const { return experiment_; }
+  const World& world() const { return world_; }
+  const DistanceField& field() const { return field_; }
+  const ObstacleGrid& obstacles() const { return obstacles_; }
+  const RoadmapLookup& lookup() const { return *lookup_; }
+  /// Longest finite cost-to-go [m] of the first table: the scale of D_min in the observation.
+  double d_min_scale() const { return d_min_scale_; }
+
+ private:
+  Pose DrawStart(RandomStream& random, const Box& region) const;
+
+  Experiment experiment_;
+  World world_;
+  DistanceField field_;
+  ObstacleGrid obstacles_;
+  Reachability reachability_;
+  std::shared_ptr<const RoadmapLookup> lookup_;
+  double d_min_scale_ = 0;
+};
+
+}  // namespace cairn::actors

@@ -1,0 +1,41 @@
+# Third-party libraries, all from Debian 12's packages (deploy/install_dependencies.sh installs them).
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+find_package(fmt REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(Protobuf REQUIRED)
+find_package(fcl REQUIRED)
+find_package(ompl REQUIRED)
+find_package(Eigen3 REQUIRED NO_MODULE)
+pkg_check_modules(LCM REQUIRED IMPORTED_TARGET lcm)
+pkg_check_modules(ODE REQUIRED IMPORTED_TARGET ode)
+pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
+find_program(LCM_GEN lcm-gen REQUIRED)
+
+# libxsmm ships static archives and no CMake package; without it common/nn/gemm falls back to Eigen.
+find_path(XSMM_INCLUDE_DIR libxsmm.h)
+find_library(XSMM_LIBRARY xsmm)
+find_library(XSMM_NOBLAS_LIBRARY xsmmnoblas)
+
+# Engines' headers come in as system headers, so that their warnings are not ours.
+function(cairn_system_library name)
+  cmake_parse_arguments(ARG "" "" "INCLUDES;LIBS" ${ARGN})
+  add_library(${name} INTERFACE)
+  target_include_directories(${name} SYSTEM INTERFACE ${ARG_INCLUDES})
+  target_link_libraries(${name} INTERFACE ${ARG_LIBS})
+endfunction()
+cairn_system_library(cairn_lcm INCLUDES ${LCM_INCLUDE_DIRS} LIBS PkgConfig::LCM)
+cairn_system_library(cairn_ode INCLUDES ${ODE_INCLUDE_DIRS} LIBS PkgConfig::ODE)
+cairn_system_library(cairn_eigen INCLUDES /usr/include/eigen3)
+cairn_system_library(cairn_fcl INCLUDES ${FCL_INCLUDE_DIRS} LIBS fcl cairn_eigen)
+cairn_system_library(cairn_ompl INCLUDES ${OMPL_INCLUDE_DIRS} LIBS ${OMPL_LIBRARIES} cairn_eigen)
+if(XSMM_LIBRARY)
+  cairn_system_library(cairn_xsmm INCLUDES ${XSMM_INCLUDE_DIR}
+                       LIBS ${XSMM_LIBRARY} ${XSMM_NOBLAS_LIBRARY} ${CMAKE_DL_LIBS} Threads::Threads)
+endif()
+
+if(CAIRN_BUILD_TESTS)
+  find_package(GTest REQUIRED)
+  find_package(benchmark REQUIRED)
+  include(GoogleTest)
+endif()

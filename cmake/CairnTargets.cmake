@@ -1,0 +1,49 @@
+# Compiler settings shared by every target, and the three verbs that declare targets.
+
+add_library(cairn_options INTERFACE)
+target_include_directories(cairn_options INTERFACE ${CMAKE_SOURCE_DIR})
+target_compile_options(cairn_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+                       # One rounding per written operation, so that scalar and vector code give the same bits.
+                       -ffp-contract=off -fno-math-errno)
+if(CAIRN_WERROR)
+  target_compile_options(cairn_options INTERFACE -Werror)
+endif()
+if(CAIRN_ARCH)
+  target_compile_options(cairn_options INTERFACE -march=${CAIRN_ARCH})
+endif()
+if(CAIRN_SANITIZE)
+  target_compile_options(cairn_options INTERFACE -fsanitize=${CAIRN_SANITIZE} -fno-omit-frame-pointer)
+  target_link_options(cairn_options INTERFACE -fsanitize=${CAIRN_SANITIZE})
+endif()
+
+# cairn_add_library(NAME SOURCES … [PUBLIC lib …] [PRIVATE lib …])
+function(cairn_add_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(${name} STATIC ${ARG_SOURCES})
+  target_link_libraries(${name} PUBLIC cairn_options ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+endfunction()
+
+# cairn_add_binary(NAME SOURCES … LIBS lib …)
+function(cairn_add_binary name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE cairn_options ${ARG_LIBS})
+  install(TARGETS ${name} RUNTIME DESTINATION bin)
+endfunction()
+
+# cairn_add_test(NAME SOURCES … LIBS lib …): one GoogleTest program for one folder.
+function(cairn_add_test name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE cairn_options ${ARG_LIBS} GTest::gtest GTest::gmock GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE CAIRN_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()
+
+# cairn_add_benchmark(PART SOURCES … LIBS lib …): the program cairn-bench-PART.
+function(cairn_add_benchmark part)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  add_executable(cairn-bench-${part} ${ARG_SOURCES})
+  target_link_libraries(cairn-bench-${part} PRIVATE cairn_options ${ARG_LIBS} benchmark::benchmark)
+  target_compile_definitions(cairn-bench-${part} PRIVATE CAIRN_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+endfunction()

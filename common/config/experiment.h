@@ -1,0 +1,191 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace cairn {
+
+// Plain mirror of experiment.proto, which holds defaults, units, ranges and reasons. All derived values are filled in
+// by the loader (common/config/load.h) except those that need the roadmap, which are 0 until then.
+
+enum class Schedule { kLockstep, kAsync };
+
+/// Axis-aligned region [m]; in a plane world z is ignored.
+struct BoxConfig {
+  std::array<double, 3> min{};
+  std::array<double, 3> max{};
+};
+
+struct WorldConfig {
+  enum class Kind { kCarMaze, kBoxes };
+  Kind kind = Kind::kCarMaze;
+  uint64_t seed = 1;
+  int cells = 12;
+  double corridor_width = 0.14;
+  double wall_thickness = 0.02;
+  double loop_fraction = 0.15;
+  double square = 0.32;
+  BoxConfig bounds;
+  std::vector<BoxConfig> obstacles;
+  BoxConfig start;
+  BoxConfig goal;
+  double field_resolution = 0.005;
+};
+
+struct ScanConfig {
+  int beams = 16;
+  double field_of_view = 6.283185307179586;
+  double range = 0.4;
+  double mount_x = 0.0;
+};
+
+struct VehicleConfig {
+  enum class Kind { kWheeledCar, kPlaneCar };
+  Kind kind = Kind::kWheeledCar;
+  double length = 0.070;
+  double width = 0.050;
+  double min_speed = 0.0;
+  double max_speed = 1.0;
+  double max_yaw_rate = 2.0;
+  double lag = 0.05;
+  ScanConfig scan;
+
+  /// Radius of the largest disc inside the footprint [m].
+  double inscribed_radius() const;
+  /// Radius of the smallest disc around the footprint [m].
+  double circumscribed_radius() const;
+};
+
+struct PlannerConfig {
+  enum class Kind { kRrg };
+  Kind kind = Kind::kRrg;
+  double eta = 0.1;
+  double radius = 0.03;
+  double min_spacing = 0.05;
+  double coverage = 0.999;
+  int max_samples = 2000000;
+  uint64_t seed = 1;
+
+  /// Paper: r = eta / 2 [m].
+  double r_ball() const { return 0.5 * eta; }
+};
+
+struct EnvironmentConfig {
+  enum class Start { kUniform, kStartRegion };
+  double control_period = 0.1;
+  double physics_rate_hz = 240;
+  int max_episode_steps = 0;  ///< 0: derived from the roadmap, see EpisodeSteps
+  Start start = Start::kUniform;
+  double speed_disturbance = 0.1;
+  double yaw_rate_disturbance = 0.2;
+  double disturbance_hold = 0.2;
+  double observation_noise = 0.0;
+  int action_delay_steps = 0;
+  double parameter_spread = 0.0;
+};
+
+struct ObservationConfig {
+  bool position = false;
+  bool heading = true;
+  bool velocity = true;
+  bool d_min = true;
+  bool look_ahead = true;
+  bool rays = true;
+  double look_ahead_near = 0.12;
+  double look_ahead_far = 0.30;
+  double ray_scale = 0.06;
+  double look_ahead_clearance = 0.015;
+};
+
+struct RewardConfig {
+  enum class Kind { kGraph, kSparse, kEuclidean };
+  Kind kind = Kind::kGraph;
+  double progress_reward = 1.0;
+  double goal_reward = 10.0;
+  double collision_reward = -2.0;
+  double step_reward = 0.0;
+};
+
+struct LearnerConfig {
+  enum class Algorithm { kSac, kTd3 };
+  Algorithm algorithm = Algorithm::kSac;
+  std::vector<int> net_arch{64, 64};
+  bool layer_norm = false;
+  double learning_rate = 1e-3;
+  double final_learning_rate_fraction = 1.0;
+  int batch_size = 256;
+  int buffer_size = 500000;
+  int learning_starts = 5000;
+  double gamma = 0.99;
+  double tau = 0.005;
+  int train_freq = 10;
+  int gradient_steps = 1;
+  int n_steps = 3;
+  double initial_alpha = 0.1;
+  bool auto_alpha = true;
+  double target_entropy = -2.0;
+  int policy_delay = 2;
+  double target_policy_noise = 0.2;
+  double target_noise_clip = 0.5;
+  double action_noise = 0.1;
+  double max_grad_norm = 0.0;
+};
+
+struct LockstepConfig {
+  int round_steps = 10;
+  bool overlap = true;
+  double actor_timeout_s = 60.0;
+};
+
+struct AsyncConfig {
+  int error_buffer = 2000;
+};
+
+struct EvaluationConfig {
+  int64_t interval_env_steps = 10000;
+  int max_steps = 600;
+  int consumption_starts = 10;
+  int validation_starts = 50;
+  int test_starts = 200;
+  int validation_every = 2;
+};
+
+struct TransportConfig {
+  std::string group = "239.255.76.67";
+  int base_port = 7700;
+  int ttl = 0;
+};
+
+struct Experiment {
+  std::string name = "experiment";
+  Schedule schedule = Schedule::kLockstep;
+  int64_t total_env_steps = 250000;
+  int num_vehicles = 32;
+  uint64_t seed = 1;
+  WorldConfig world;
+  VehicleConfig vehicle;
+  PlannerConfig planner;
+  EnvironmentConfig environment;
+  ObservationConfig observation;
+  RewardConfig reward;
+  LearnerConfig learner;
+  LockstepConfig lockstep;
+  AsyncConfig async;
+  EvaluationConfig evaluation;
+  TransportConfig transport;
+};
+
+/// Number of entries of an observation under this experiment.
+int ObservationSize(const Experiment& experiment);
+
+/// Number of actions: forward speed and yaw rate, each in [-1, 1].
+constexpr int kActionSize = 2;
+
+/// Steps of a training episode: the configured number, or six times what `max_cost` [m], the roadmap's longest finite
+/// cost-to-go, takes at top speed.
+int EpisodeSteps(const Experiment& experiment, double max_cost);
+
+}  // namespace cairn

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "common/roadmap/roadmap.h"
+#include "common/world/distance_field.h"
+
+namespace cairn {
+
+/// D(s) of the paper and look-ahead points, over a CSR bucket grid of the vertices. Immutable; any thread.
+class RoadmapLookup {
+ public:
+  /// `positions` is [V × dimension]; sizes must agree with the table's.
+  RoadmapLookup(int dimension, std::vector<float> positions, CostTable table, double r_ball);
+
+  /// D(s): the smallest cost-to-go [m] over vertices within r_ball of p, kUnreachable when there is none.
+  float CostToGo(const Vector3d& p) const;
+
+  /// Vertex v near p (within `search_radius`, default 2 r_ball) that minimises |p − v| + cost(v) among those whose
+  /// straight line from p keeps `clearance` [m] in `field`; falls back to clearance 0, then to the nearest vertex
+  /// with finite cost; −1 when there is none.
+  int EntryVertex(const Vector3d& p, const DistanceField& field, double clearance) const;
+
+  /// Point at arc length `distance` [m] from p along p → entry vertex → next_vertex …, interpolated on edges; the last
+  /// vertex when the path is shorter. `entry` ≥ 0.
+  Vector3d PointAlong(const Vector3d& p, int entry, double distance) const;
+
+  const CostTable& table() const { return table_; }
+  Vector3d position(int vertex) const;
+  int num_vertices() const { return static_cast<int>(table_.cost.size()); }
+  double r_ball() const { return r_ball_; }
+
+ private:
+  int dimension_;
+  std::vector<float> positions_;
+  CostTable table_;
+  double r_ball_;
+  double cell_;
+  Vector3d origin_;
+  Eigen::Vector3i cells_;
+  std::vector<int32_t> offsets_, items_;
+};
+
+}  // namespace cairn

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "common/config/experiment.h"
+#include "common/nn/policy.h"
+#include "learner/replay/replay_buffer.h"
+
+namespace cairn::learner {
+
+/// Means over the updates since the last call, under Stable-Baselines3's names (train/…).
+struct UpdateInfo {
+  int64_t num_updates = 0;  ///< since start
+  double critic_loss = 0;
+  double actor_loss = 0;
+  double alpha = 0;       ///< entropy coefficient (SAC)
+  double alpha_loss = 0;  ///< ent_coef_loss (SAC)
+  double mean_q = 0;
+  double mean_log_prob = 0;  ///< SAC
+};
+
+/// An off-policy algorithm behind one narrow interface: what it learns from, what it yields. One thread.
+class Algorithm {
+ public:
+  virtual ~Algorithm() = default;
+
+  /// Makes `count` updates from `replay` (not empty). `progress` in [0, 1] is the share of the run done, for schedules.
+  /// Throws Error when a loss or a parameter is not finite.
+  virtual void Update(const ReplayBuffer& replay, int count, double progress) = 0;
+
+  /// Current parameters of the policy in PolicyShape's order; valid until the next Update.
+  virtual std::span<const float> policy_parameters() const = 0;
+
+  /// Returns the means since the last call and starts new ones.
+  virtual UpdateInfo TakeInfo() = 0;
+
+  /// CRC32C over every learnt parameter (policy, critics, targets, alpha): equal runs have equal values.
+  virtual uint32_t WeightsCrc32c() const = 0;
+};
+
+/// Shape of the policy that an experiment trains.
+PolicyShape MakePolicyShape(const Experiment& experiment);
+
+/// SAC (Haarnoja et al. 2018, automatic temperature) or TD3 (Fujimoto et al. 2018) as the config says; weights and all
+/// random choices come from `seed`.
+std::unique_ptr<Algorithm> MakeAlgorithm(const LearnerConfig& config, const PolicyShape& shape, uint64_t seed);
+
+}  // namespace cairn::learner

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/rl/segment.h"
+
+namespace cairn::learner {
+
+/// Ring of n-step transitions. One 64-byte-aligned row holds observation, action, n-step return, discount of the
+/// bootstrap (γ^m, 0 after a terminated end) and next observation, so that sampling is one aligned gather.
+/// One thread.
+class ReplayBuffer {
+ public:
+  /// Memory is reserved at once: capacity × row_floats() × 4 bytes, touched as it fills.
+  ReplayBuffer(int capacity, int observation_size, int action_size, int n_steps, double gamma);
+
+  /// Adds one row per step of the segment: return of the next m = min(n_steps, steps left in the segment) rewards and
+  /// the observation m steps on. Bootstrap: terminated → none within reach of the end; otherwise γ^m (DESIGN 25).
+  /// Overwrites the oldest rows when full. Returns the number of rows added (= segment.num_steps()).
+  int Insert(const Segment& segment);
+
+  int size() const { return size_; }
+  int capacity() const { return capacity_; }
+  int64_t num_inserted() const { return num_inserted_; }
+
+  int row_floats() const { return row_floats_; }
+  int observation_size() const { return observation_size_; }
+  int action_size() const { return action_size_; }
+  /// Row i < size(): observation at 0, action at action_offset(), reward, discount, next observation.
+  const float* row(int i) const { return rows_.get() + static_cast<size_t>(i) * row_floats_; }
+  int action_offset() const { return observation_size_; }
+  int reward_offset() const { return observation_size_ + action_size_; }
+  int discount_offset() const { return observation_size_ + action_size_ + 1; }
+  int next_observation_offset() const { return observation_size_ + action_size_ + 2; }
+
+ private:
+  struct Free {
+    void operator()(float* p) const;
+  };
+  int capacity_, observation_size_, action_size_, n_steps_, row_floats_;
+  double gamma_;
+  int size_ = 0;
+  int head_ = 0;
+  int64_t num_inserted_ = 0;
+  std::unique_ptr<float[], Free> rows_;
+};
+
+}  // namespace cairn::learner

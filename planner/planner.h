@@ -1,0 +1,39 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "common/config/experiment.h"
+#include "common/roadmap/roadmap.h"
+#include "common/world/distance_field.h"
+#include "common/world/world.h"
+
+namespace cairn::planner {
+
+/// What a roadmap build reports.
+struct BuildInfo {
+  int vertices = 0;
+  int edges = 0;
+  int samples = 0;      ///< drawn
+  double coverage = 0;  ///< share of free samples within r_ball of a vertex from which the goal is reached
+  int components = 0;   ///< of the graph
+  double build_s = 0;   ///< wall time [s]
+};
+
+struct BuiltRoadmap {
+  Roadmap roadmap;
+  BuildInfo info;
+};
+
+/// Builds the roadmap of a world for obstacles inflated by config.radius (RRG as an ompl::base::Planner, FCL validity),
+/// ending on coverage and connectivity. `inscribed_radius` [m] of the robot enters the wall-reading rule
+/// r_ball < thinnest wall + radius + inscribed_radius. Same config, same bytes.
+/// Throws UsageError: eta too large (with the largest that passes), goal occupied or unreachable, sample cap reached.
+BuiltRoadmap BuildRoadmap(const World& world, const DistanceField& field, const PlannerConfig& config,
+                          double inscribed_radius);
+
+/// Multi-source Dijkstra from all vertices in `goal` (paper, Algorithm "Dijkstra's Algorithm for Cost-to-Go
+/// Computation"). Throws UsageError when no vertex lies in the goal region.
+CostTable ComputeCostTable(const Roadmap& roadmap, const World& world, const Box& goal);
+
+}  // namespace cairn::planner
