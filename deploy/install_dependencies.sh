@@ -1,0 +1,66 @@
+#!/usr/bin/env bash
+# Installs what Cairn builds and runs with, all from Debian 12's own packages. Idempotent: when nothing is missing it
+# touches neither apt nor the network.
+#   deploy/install_dependencies.sh          build, train, evaluate, spy
+#   deploy/install_dependencies.sh --test   and what only the tests and linters need
+set -euo pipefail
+
+packages=(
+  # Build.
+  g++ cmake ninja-build pkg-config git ca-certificates
+  # Messages. pkg-config's lcm asks for GLib's headers, which liblcm-dev does not bring.
+  liblcm-dev liblcm-bin libglib2.0-dev
+  # Physics, planning, collision. OMPL's CMake package links Boost libraries that libompl-dev does not bring.
+  libode-dev libompl-dev libfcl-dev libboost-serialization-dev libboost-filesystem-dev libboost-system-dev
+  # Mathematics and files.
+  libeigen3-dev libxsmm-dev libprotobuf-dev protobuf-compiler nlohmann-json3-dev libxxhash-dev
+  # Command line and log.
+  libcli11-dev libfmt-dev libspdlog-dev
+  # `ip`, for looking into a run's network.
+  iproute2
+  # `cairn spy`: our message types for Java, lcm-spy and the chart library that its package forgets.
+  default-jdk-headless default-jre liblcm-java libjchart2d-java
+)
+test_packages=(
+  libgtest-dev libgmock-dev libbenchmark-dev clang-format-14 clang-tidy-14 python3
+  # A window system without a screen, to look at `cairn spy`.
+  xvfb xauth xdotool imagemagick
+)
+
+case "${1-}" in
+  "") ;;
+  --test) packages+=("${test_packages[@]}") ;;
+  *)
+    echo "install_dependencies.sh: unknown argument '$1'; usage: install_dependencies.sh [--test]" >&2
+    exit 2
+    ;;
+esac
+
+if ! command -v apt-get > /dev/null; then
+  echo "install_dependencies.sh: needs apt-get (Debian 12 or a relative)" >&2
+  exit 1
+fi
+
+missing=()
+for package in "${packages[@]}"; do
+  status=$(dpkg-query -W -f '${db:Status-Abbrev}' "$package" 2> /dev/null || true)
+  [[ $status == ii* ]] || missing+=("$package")
+done
+if ((${#missing[@]} == 0)); then
+  echo "All ${#packages[@]} packages are installed."
+  exit 0
+fi
+
+as_root=()
+if ((EUID != 0)); then
+  if ! command -v sudo > /dev/null; then
+    echo "install_dependencies.sh: installing ${missing[*]} needs root or sudo, and there is neither" >&2
+    exit 1
+  fi
+  as_root=(sudo)
+fi
+
+echo "Installing ${#missing[@]} packages: ${missing[*]}"
+"${as_root[@]}" apt-get update -qq
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+  apt-get install -y -qq --no-install-recommends -o Dpkg::Use-Pty=0 "${missing[@]}"
