@@ -1,0 +1,158 @@
+#include "common/bus/bus.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <lcm/lcm-cpp.hpp>
+#include <mutex>
+
+#include "common/core/check.h"
+#include "common/core/hash.h"
+
+namespace cairn {
+namespace {
+
+constexpr int kQueueCapacity = 20000;          // LCM's default of 30 loses 14 % at 20k messages a second
+constexpr int kWantedReceiveBuffer = 4000000;  // the kernel's default of 212 kB loses every second 190 kB message
+constexpr const char* kEchoChannel = "CAIRN_ECHO";
+
+// What the kernel gives for the asked receive buffer (it reports twice the usable size).
+int EffectiveReceiveBuffer() {
+  const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+  if (fd < 0) return 212992;
+  int size = kWantedReceiveBuffer;
+  setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
+  socklen_t length = sizeof size;
+  getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &size, &length);
+  close(fd);
+  return size / 2;
+}
+
+constexpr const char* kCure =
+    "check the multicast route (`ip route get 239.255.76.67`); on one host: "
+    "`sudo ip route add 224.0.0.0/4 dev lo`";
+
+}  // namespace
+
+const char* PlaneName(Plane plane) {
+  constexpr std::array<const char*, kNumPlanes> kNames{"experience", "control", "tables", "telemetry"};
+  return kNames[static_cast<size_t>(plane)];
+}
+
+int MaxMessageBytes(int ttl) { return ttl == 0 ? 60000 : 1400; }
+
+std::string PlaneUrl(const BusConfig& config, Plane plane) {
+  return fmt::format("udpm://{}:{}?ttl={}&recv_buf_size={}", config.group, config.base_port + static_cast<int>(plane),
+                     config.ttl, kWantedReceiveBuffer);
+}
+
+std::string ExperienceChannel(int actor_id) { return fmt::format("CAIRN_EXP_{:04}", actor_id); }
+std::string ActorChannel(int actor_id) { return fmt::format("CAIRN_ACTOR_{:04}", actor_id); }
+
+// One LCM instance and its handlers. LCM wants a member function; Handler carries the bus's checks.
+struct Bus::Link {
+  struct Handler {
+    Bus* bus;
+    std::function<void(ByteSpan, const FrameInfo&)> callback;
+
+    void Handle(const lcm::ReceiveBuffer* buffer, const std::string&) {
+      // A datagram without NUL in the channel arrives with a size near 2^32.
+      if (buffer->data_size > 64u << 20) return bus->CountRefused();
+      const ByteSpan frame(static_cast<const uint8_t*>(buffer->data), buffer->data_size);
+      const OpenedFrame opened = OpenFrame(frame, bus->config_.run_id);
+      if (opened.fault) return bus->CountRefused();
+      bus->received_.fetch_add(1, std::memory_order_relaxed);
+      callback(opened.message, opened.info);
+    }
+  };
+
+  explicit Link(const std::string& url) : lcm(url) {}
+
+  lcm::LCM lcm;
+  bool subscribed = false;
+  std::vector<std::unique_ptr<Handler>> handlers;
+};
+
+Bus::Bus(BusConfig config) : config_(std::move(config)), receive_buffer_bytes_(EffectiveReceiveBuffer()) {}
+
+Bus::~Bus() = default;
+
+Bus::Link& Bus::link(Plane plane) {
+  const std::lock_guard lock(links_mutex_);
+  std::unique_ptr<Link>& link = links_[static_cast<size_t>(plane)];
+  if (!link) {
+    const std::string url = PlaneUrl(config_, plane);
+    link = std::make_unique<Link>(url);
+    if (!link->lcm.good()) ThrowError("LCM {}: cannot join the {} plane; {}", url, PlaneName(plane), kCure);
+  }
+  return *link;
+}
+
+void Bus::SubscribeBytes(Plane plane, const std::string& channel,
+                         std::function<void(ByteSpan, const FrameInfo&)> handler) {
+  Link& l = link(plane);
+  l.handlers.push_back(std::make_unique<Link::Handler>(Link::Handler{this, std::move(handler)}));
+  lcm::Subscription* subscription = l.lcm.subscribe(channel, &Link::Handler::Handle, l.handlers.back().get());
+  if (subscription == nullptr) {
+    ThrowError("LCM {}: cannot receive on the {} plane; {}", PlaneUrl(config_, plane), PlaneName(plane), kCure);
+  }
+  subscription->setQueueCapacity(kQueueCapacity);
+  l.subscribed = true;
+}
+
+void Bus::PublishBytes(Plane plane, const std::string& channel, Bytes message) {
+  SealFrame(config_.run_id, {config_.session, counter_.fetch_add(1) + 1}, &message);
+  link(plane).lcm.publish(channel, message.data(), static_cast<unsigned>(message.size()));
+}
+
+void Bus::CheckPlanes() {
+  for (int p = 0; p < kNumPlanes; ++p) {
+    const auto plane = static_cast<Plane>(p);
+    if (!links_[static_cast<size_t>(p)] || !links_[static_cast<size_t>(p)]->subscribed) continue;
+    const int64_t nonce = RandomId();
+    // Shared, since the subscription outlives this call.
+    auto returned = std::make_shared<bool>(false);
+    Subscribe<Echo>(plane, kEchoChannel, [returned, nonce](const Echo& echo, const FrameInfo&) {
+      if (echo.nonce == nonce) *returned = true;
+    });
+    const int payload = MaxMessageBytes(config_.ttl) - 200;
+    const TimePoint deadline = Clock::now() + std::chrono::seconds(2);
+    for (TimePoint next = Clock::now(); !*returned && Clock::now() < deadline;) {
+      if (Clock::now() >= next) {
+        Publish(plane, kEchoChannel, Echo{nonce, payload});
+        next = Clock::now() + std::chrono::milliseconds(100);
+      }
+      Poll(std::chrono::milliseconds(20));
+    }
+    if (!*returned) {
+      ThrowError("LCM {}: an echo of {} bytes on the {} plane did not come back within 2 s; {}",
+                 PlaneUrl(config_, plane), payload, PlaneName(plane), kCure);
+    }
+  }
+}
+
+int Bus::Poll(Duration timeout) {
+  std::array<pollfd, kNumPlanes> fds{};
+  std::array<Link*, kNumPlanes> polled{};
+  nfds_t count = 0;
+  for (auto& l : links_) {
+    if (!l || !l->subscribed) continue;
+    fds[count] = {l->lcm.getFileno(), POLLIN, 0};
+    polled[count++] = l.get();
+  }
+  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(timeout).count();
+  const timespec wait{us / 1000000, (us % 1000000) * 1000};
+  if (ppoll(fds.data(), count, us < 0 ? nullptr : &wait, nullptr) <= 0) return 0;
+  int handled = 0;
+  for (nfds_t i = 0; i < count; ++i) {
+    if ((fds[i].revents & POLLIN) == 0) continue;
+    // Bounded, so that a flood on one plane cannot starve the caller.
+    for (int n = 0; n < 1024 && polled[i]->lcm.handleTimeout(0) > 0; ++n) ++handled;
+  }
+  return handled;
+}
+
+}  // namespace cairn

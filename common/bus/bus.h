@@ -1,0 +1,123 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/bus/codec.h"
+#include "common/bus/frame.h"
+#include "common/core/clock.h"
+
+namespace cairn {
+
+/// One UDP port each, counted up from the base port: every LCM process on a port pays for each message on it.
+enum class Plane { kExperience = 0, kControl = 1, kTables = 2, kTelemetry = 3 };
+constexpr int kNumPlanes = 4;
+/// The port after the planes' is held by the launcher's guard socket, so that two runs never share a block.
+constexpr int kPortBlock = 5;
+const char* PlaneName(Plane plane);
+
+struct BusConfig {
+  std::string group = "239.255.76.67";
+  int base_port = 7700;
+  int ttl = 0;
+  int64_t run_id = 0;
+  int64_t session = 0;  ///< of this process; goes into every trailer
+};
+
+/// Largest message [bytes] to send: 60 kB on loopback, 1400 B between hosts (ttl ≥ 1), trailer included.
+int MaxMessageBytes(int ttl);
+
+/// LCM URL of a plane, for lcm-spy and for errors.
+std::string PlaneUrl(const BusConfig& config, Plane plane);
+
+struct BusStats {
+  int64_t received = 0;
+  int64_t refused = 0;  ///< frames that failed a check, and messages that did not decode
+};
+
+/// Typed publish/subscribe over the planes. Planes open on first use; a plane that is only published on costs no
+/// receiving. Poll runs handlers on the calling thread; Publish may be called from any thread. Create it after fork.
+class Bus {
+ public:
+  /// Throws Error with the cure when the group cannot be reached (no multicast route).
+  explicit Bus(BusConfig config);
+  ~Bus();
+  Bus(const Bus&) = delete;
+  Bus& operator=(const Bus&) = delete;
+
+  template <typename Message>
+  void Publish(Plane plane, const std::string& channel, const Message& message) {
+    PublishBytes(plane, channel, Encode(message));
+  }
+
+  /// Calls `handler` for every sound message on `channel` (an LCM regular expression) of this run. Messages of other
+  /// runs, torn ones and ones that do not decode are counted and dropped. Handlers must not throw.
+  template <typename Message>
+  void Subscribe(Plane plane, const std::string& channel,
+                 std::function<void(const Message&, const FrameInfo&)> handler) {
+    SubscribeBytes(plane, channel, [this, handler = std::move(handler)](ByteSpan bytes, const FrameInfo& info) {
+      const std::optional<Message> message = Decode<Message>(bytes);
+      if (message) {
+        handler(*message, info);
+      } else {
+        CountRefused();
+      }
+    });
+  }
+
+  /// Sends an echo of the largest message size to itself on each subscribed plane and waits for it. Throws Error with a
+  /// diagnosis and the cure when one does not come back. Call once, after subscribing.
+  void CheckPlanes();
+
+  /// Handles what has arrived, waiting up to `timeout` for the first message. Returns the number of messages handled.
+  int Poll(Duration timeout);
+
+  /// Publishes encoded bytes; a frame trailer is added.
+  void PublishBytes(Plane plane, const std::string& channel, Bytes message);
+  void SubscribeBytes(Plane plane, const std::string& channel, std::function<void(ByteSpan, const FrameInfo&)> handler);
+
+  const BusConfig& config() const { return config_; }
+  BusStats stats() const { return {received_.load(), refused_.load()}; }
+  /// Receive buffer the kernel really gives [bytes]; bounds what may be outstanding.
+  int receive_buffer_bytes() const { return receive_buffer_bytes_; }
+
+ private:
+  struct Link;
+  Link& link(Plane plane);
+  void CountRefused() { refused_.fetch_add(1, std::memory_order_relaxed); }
+
+  BusConfig config_;
+  int receive_buffer_bytes_ = 0;
+  std::atomic<uint64_t> counter_{0};
+  std::atomic<int64_t> received_{0};
+  std::atomic<int64_t> refused_{0};
+  std::mutex links_mutex_;  // guards opening a plane; an open one stays
+  std::array<std::unique_ptr<Link>, kNumPlanes> links_;
+};
+
+// Channel names: ≤ 20 characters are readable in lcm-spy; ids have fixed width; no counters in names.
+constexpr const char* kControlChannel = "CAIRN_CONTROL";
+constexpr const char* kWelcomeChannel = "CAIRN_WELCOME";
+constexpr const char* kPolicyChannel = "CAIRN_POLICY";
+constexpr const char* kHelloChannel = "CAIRN_HELLO";
+constexpr const char* kStatusChannel = "CAIRN_STATUS";
+constexpr const char* kTableRequestChannel = "CAIRN_TABLE_REQUEST";
+constexpr const char* kTableInfoChannel = "CAIRN_TABLE_INFO";
+constexpr const char* kTableChunkChannel = "CAIRN_TABLE_CHUNK";
+constexpr const char* kLearnerChannel = "CAIRN_LEARNER";
+constexpr const char* kPlannerChannel = "CAIRN_PLANNER";
+/// "CAIRN_EXP_0003".
+std::string ExperienceChannel(int actor_id);
+constexpr const char* kExperienceChannels = "CAIRN_EXP_.*";
+/// "CAIRN_ACTOR_0003".
+std::string ActorChannel(int actor_id);
+
+}  // namespace cairn
