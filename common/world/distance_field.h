@@ -7,8 +7,8 @@
 namespace cairn {
 
 /// Euclidean distance to the nearest obstacle or to the outside of the bounds [m], negative inside obstacles.
-/// Exact at grid nodes; bi-/trilinear between, so the error is below resolution · √dimension / 2 and |gradient| ≤ ~1.
-/// Immutable after construction; may be read from any thread.
+/// Exact (to float) at grid nodes; bi-/trilinear between, so the error is below interpolation_error() and
+/// |gradient| ≤ ~1. Immutable after construction; may be read from any thread.
 class DistanceField {
  public:
   /// Throws UsageError when the grid would exceed 2^28 nodes (names the resolution and the smallest that fits).
@@ -17,19 +17,29 @@ class DistanceField {
   /// Distance at p [m]; outside the bounds, minus the distance to them.
   double Distance(const Vector3d& p) const;
 
-  /// True when every point of the segment a–b keeps at least `clearance` [m] (sphere tracing).
+  /// True when every point of the segment a–b keeps at least `clearance` [m] (sphere tracing on the interpolated
+  /// field). With clearance = c + certified_margin() the true distance is certainly ≥ c all along.
   bool SegmentClear(const Vector3d& a, const Vector3d& b, double clearance) const;
 
   double resolution() const { return resolution_; }
   int dimension() const { return dimension_; }
+  /// Largest difference between Distance and the true distance [m]: resolution · √dimension / 2.
+  double interpolation_error() const;
+  /// What to add to a clearance so that SegmentClear proves it [m]: interpolation error and half a smallest step.
+  double certified_margin() const { return interpolation_error() + 0.5 * smallest_step(); }
+  /// Sphere tracing never advances by less [m].
+  double smallest_step() const { return 0.25 * resolution_; }
 
  private:
+  class Filler;
+
   int dimension_;
   double resolution_;
+  double inverse_resolution_;
   Vector3d origin_;
-  Eigen::Vector3i nodes_;
+  Eigen::Vector3i nodes_;  // per axis; z is 1 in the plane
   Box bounds_;
-  std::vector<float> values_;
+  std::vector<float> values_;  // [z][y][x]
 };
 
 }  // namespace cairn

@@ -1,6 +1,7 @@
 #pragma once
 
-#include <span>
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "common/world/world.h"
@@ -13,7 +14,7 @@ struct Footprint {
   double half_width = 0;   ///< along body y [m]
 };
 
-/// Obstacles bucketed into square cells for exact near-obstacle queries in the plane. Immutable; any thread.
+/// Obstacles of a plane world bucketed into square cells for exact near-obstacle queries. Immutable; any thread.
 class ObstacleGrid {
  public:
   /// `reach` [m]: queries of `Overlaps` look at obstacles within this distance of the centre.
@@ -28,12 +29,31 @@ class ObstacleGrid {
   double CastRay(double x, double y, double direction_x, double direction_y, double max_range) const;
 
  private:
-  const World world_;
-  double cell_;
+  struct Rectangle {
+    double min_x, min_y, max_x, max_y;
+  };
+  struct Disc {
+    double x, y, radius;
+  };
+  struct Ray;
+  // Cell → obstacles, CSR. Numbers below rectangles_.size() are rectangles, then come discs.
+  struct Buckets {
+    std::vector<int32_t> offsets, items;
+  };
+
+  bool InBounds(double x, double y) const;
+  int CellOf(double x, double y) const;
+  Buckets Fill(double margin) const;
+  double Hit(int obstacle, const Ray& ray) const;
+
+  std::vector<Rectangle> rectangles_;
+  std::vector<Disc> discs_;
+  Rectangle bounds_;
   double reach_;
-  int columns_ = 0, rows_ = 0;
-  std::vector<int32_t> offsets_, items_;          // CSR: cell → obstacles within `reach` of the cell
-  std::vector<int32_t> ray_offsets_, ray_items_;  // CSR: cell → obstacles that intersect it
+  double cell_, inverse_cell_;  // side of a cell [m]
+  int columns_, rows_;
+  Buckets near_;      // obstacles within `reach` of the cell
+  Buckets touching_;  // obstacles that intersect the cell
 };
 
 }  // namespace cairn
