@@ -1,0 +1,157 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/bus/bus.h"
+#include "common/bus/table_client.h"
+#include "common/config/experiment.h"
+#include "learner/fleet.h"
+
+namespace cairn::learner {
+
+/// A check of one policy version on one start set.
+struct EvaluationRequest {
+  int64_t version = 0;
+  StartSet set = StartSet::kConsumption;
+  int num_starts = 0;
+  int64_t env_steps = 0;  ///< when the evaluated version was published
+  int64_t tag = 0;        ///< the caller's: number of the check
+};
+
+struct EvaluationReport {
+  EvaluationRequest request;
+  std::vector<EpisodeResult> results;  ///< by start index
+};
+
+/// What the stream and the books have seen.
+struct CoordinatorCounters {
+  int64_t transitions_accepted = 0;
+  int64_t transitions_lost = 0;       ///< gaps within a living session's trajectories
+  int64_t transitions_duplicate = 0;  ///< refused because the replay has them
+  int64_t stream_duplicates = 0;      ///< messages resent though they had arrived
+  int64_t eval_steps = 0;
+  int64_t refused = 0;  ///< frames and segments that failed a check
+  double policy_lag_sum = 0;
+  int64_t policy_lag_count = 0;
+  int num_actors = 0;
+  bool disturbed = false;
+};
+
+/// The learner's side of the conversation: a thread that receives hellos, statuses and experience, keeps the books
+/// (Fleet), and announces rounds, credit, acknowledgements and evaluations in one aggregated control frame. The update
+/// thread calls the public functions; all of them are thread-safe.
+class Coordinator {
+ public:
+  Coordinator(Bus* bus, const Experiment& experiment, uint64_t experiment_hash, int num_actors);
+  ~Coordinator();
+  Coordinator(const Coordinator&) = delete;
+  Coordinator& operator=(const Coordinator&) = delete;
+
+  /// Subscribes, checks the planes, starts the thread. Throws Error as Bus does.
+  void Start();
+
+  /// Blocks until all actors have joined and the planner's table is known, or Stop. False when stopped.
+  bool WaitForFleet();
+
+  /// Ends waiting functions; they return false or nothing.
+  void Stop();
+
+  /// Announces the end of the run to the actors (several times) and stops the thread.
+  void Finish();
+
+  /// Makes a policy known as the newest: sent once now and again to actors that ask. ASYNC actors use it at once,
+  /// LOCKSTEP ones from the next granted round on.
+  void PublishPolicy(int64_t version, std::span<const float> parameters);
+
+  /// LOCKSTEP: every vehicle makes `steps` steps with the newest published policy, the first `extra` vehicles one more.
+  void GrantRound(int steps, int extra, bool warm_up);
+
+  /// LOCKSTEP: the granted round's segments, ordered by (vehicle, step), when all are there. Nullopt when stopped.
+  std::optional<std::vector<Segment>> WaitRound();
+
+  /// ASYNC: total transitions that may be made so far; never lower than before.
+  void SetAllowed(int64_t allowed, bool warm_up);
+
+  /// ASYNC: what has come in since the last call, in order of arrival; waits up to `timeout` for something.
+  std::vector<Segment> TakeSegments(Duration timeout);
+
+  /// Queues an evaluation of the policy with these parameters, which need not be the newest.
+  void Evaluate(const EvaluationRequest& request, std::span<const float> parameters);
+
+  /// Finished evaluations in the order of their requests; with `wait`, blocks until the queue is empty or Stop.
+  std::vector<EvaluationReport> TakeEvaluations(bool wait);
+
+  /// Finished training episodes since the last call, in order of arrival.
+  std::vector<EpisodeResult> TakeEpisodes();
+
+  CoordinatorCounters counters() const;
+  TableInfo table_info() const;
+
+ private:
+  struct PendingEvaluation {
+    int64_t id = 0;
+    EvaluationRequest request;
+    std::vector<std::optional<EpisodeResult>> results;
+    int missing = 0;
+  };
+  using SharedParameters = std::shared_ptr<const std::vector<float>>;
+
+  void Run(const std::stop_token& stop);
+  void OnHello(const Hello& hello);
+  void OnStatus(const ActorStatus& status);
+  void OnExperience(const Experience& experience);
+  // The functions below expect mutex_ to be held.
+  void AcceptSegments(ActorRecord* actor, const Experience& experience);
+  void AcceptEpisodes(const Experience& experience);
+  void AcceptEvaluation(const EpisodeResult& result);
+  bool SoundForRound(const Segment& segment) const;
+  void UpdateRoundProgress();
+  void DistributeCredit();
+  void GiveUpSilentActors(TimePoint now);
+  void NextEvaluation();
+  void DropUnusedPolicies();
+  void SendControl(TimePoint now);
+  void KeepPolicy(int64_t version, std::span<const float> parameters);
+  void SendPolicy(int64_t version, const SharedParameters& parameters);
+  void AnnounceIfDue(TimePoint now);
+  bool WaitingForActors() const;
+
+  Bus* bus_;
+  const Experiment& experiment_;
+  const int observation_size_;
+  TableClient tables_;
+
+  mutable std::mutex mutex_;  // guards everything below
+  std::condition_variable changed_;
+  Fleet fleet_;
+  Control control_;
+  CoordinatorCounters counters_;
+  TableInfo table_info_;
+  int64_t newest_version_ = 0;
+  std::map<int64_t, SharedParameters> policies_;
+  std::map<int64_t, TimePoint> policy_sent_at_;
+  std::vector<Segment> segments_;
+  std::vector<EpisodeResult> episodes_;
+  std::deque<PendingEvaluation> evaluations_;
+  std::vector<EvaluationReport> reports_;
+  int64_t next_evaluation_id_ = 1;
+  int64_t round_steps_missing_ = 0;
+  int64_t allowed_ = 0;
+  int64_t retired_accepted_ = 0;  // transitions of sessions that are gone
+  bool stopped_ = false;
+  bool dirty_ = false;
+  TimePoint last_control_{};
+  std::jthread thread_;
+};
+
+}  // namespace cairn::learner

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/bus/messages.h"
+#include "common/bus/reliable_stream.h"
+#include "common/core/clock.h"
+
+namespace cairn::learner {
+
+/// What the learner knows of one actor process.
+struct ActorRecord {
+  int32_t actor_id = 0;
+  int64_t session = 0;
+  int32_t generation = 0;
+  ReliableReceiver stream;
+  TimePoint last_heard{};
+  int64_t echo_utime = 0;
+  int64_t accepted = 0;  ///< transitions accepted from this session
+  int64_t credit = 0;    ///< ASYNC: transitions it may have made in all
+  int64_t wanted_policy_version = -1;
+};
+
+/// What the learner knows of one training vehicle.
+struct VehicleRecord {
+  int32_t owner = -1;        ///< actor id; −1: nobody
+  int32_t next_episode = 0;  ///< first episode number not used yet
+  int32_t episode = -1;      ///< of the newest accepted segment; −1: none
+  int32_t next_step = 0;     ///< step that continues it
+  bool open = false;         ///< the episode goes on
+  int32_t round_steps = 0;   ///< steps accepted of the current round
+};
+
+/// Who takes part, who rolls out which vehicle, and the accounting of every transition by content: nothing twice,
+/// nothing missing. Plain bookkeeping; the Coordinator locks around it.
+class Fleet {
+ public:
+  /// `num_actors` processes share `num_vehicles`: actor i has the slice [i V / N, (i + 1) V / N).
+  Fleet(int num_actors, int num_vehicles, uint64_t experiment_hash, int observation_size, std::string git_revision);
+
+  /// Judges a request to join; on kAccepted the session holds its id from now on. `now` tells living holders.
+  Welcome Join(const Hello& hello, TimePoint now);
+
+  /// The record of a session that has joined; nullptr for others.
+  ActorRecord* Find(int64_t session);
+
+  /// Whether the segment continues its vehicle's trajectory exactly, comes from the vehicle's owner and has sane
+  /// numbers; takes it into the books if so.
+  enum class Verdict { kAccepted, kForeign, kDuplicate, kGap, kNotFinite };
+  Verdict Accept(const ActorRecord& actor, const Segment& segment);
+
+  /// Gives the vehicles of an actor that is gone for good to the others; returns the sessions whose assignment changed.
+  std::vector<int64_t> Reassign(int32_t actor_id);
+
+  /// The current assignment of a session, as sent to it.
+  Welcome Assignment(const ActorRecord& actor) const;
+
+  void StartRound() {
+    for (VehicleRecord& v : vehicles_) v.round_steps = 0;
+  }
+
+  const std::map<int32_t, ActorRecord>& actors() const { return actors_; }
+  std::map<int32_t, ActorRecord>& actors() { return actors_; }
+  const std::vector<VehicleRecord>& vehicles() const { return vehicles_; }
+  int num_actors() const { return num_actors_; }
+  bool complete() const { return static_cast<int>(actors_.size()) == num_actors_; }
+  /// True once an actor was replaced or its vehicles were moved: the run is no longer reproducible.
+  bool disturbed() const { return disturbed_; }
+
+  void set_round(int64_t round) { round_ = round; }
+  void set_incarnation(int64_t incarnation) { incarnation_ = incarnation; }
+  /// Called when the first data or grant is out: a join after that is a disturbance.
+  void set_started() { started_ = true; }
+
+ private:
+  std::string Differences(const Hello& hello) const;
+  int HomeActor(int vehicle) const;
+
+  int num_actors_;
+  uint64_t experiment_hash_;
+  int observation_size_;
+  std::string git_revision_;
+  int64_t incarnation_ = 0;
+  int64_t round_ = 0;
+  int64_t assignment_ = 0;
+  bool started_ = false;
+  bool disturbed_ = false;
+  std::map<int32_t, ActorRecord> actors_;  // by actor id
+  std::vector<VehicleRecord> vehicles_;
+};
+
+}  // namespace cairn::learner
