@@ -1,7 +1,5 @@
 #pragma once
 
-#include <array>
-#include <memory>
 #include <vector>
 
 #include "common/roadmap/roadmap.h"
@@ -12,15 +10,16 @@ namespace cairn {
 /// D(s) of the paper and look-ahead points, over a CSR bucket grid of the vertices. Immutable; any thread.
 class RoadmapLookup {
  public:
-  /// `positions` is [V × dimension]; sizes must agree with the table's.
+  /// `positions` is [V × dimension]. Throws Error when its size disagrees with the table's, a next_vertex is no vertex,
+  /// a position is not finite, or r_ball ≤ 0.
   RoadmapLookup(int dimension, std::vector<float> positions, CostTable table, double r_ball);
 
   /// D(s): the smallest cost-to-go [m] over vertices within r_ball of p, kUnreachable when there is none.
   float CostToGo(const Vector3d& p) const;
 
-  /// Vertex v near p (within `search_radius`, default 2 r_ball) that minimises |p − v| + cost(v) among those whose
-  /// straight line from p keeps `clearance` [m] in `field`; falls back to clearance 0, then to the nearest vertex
-  /// with finite cost; −1 when there is none.
+  /// Vertex v within 2 r_ball of p that minimises |p − v| + cost(v) among those whose straight line from p keeps
+  /// `clearance` [m] in `field`; falls back to clearance 0, then to the nearest vertex with finite cost; −1 when there
+  /// is none.
   int EntryVertex(const Vector3d& p, const DistanceField& field, double clearance) const;
 
   /// Point at arc length `distance` [m] from p along p → entry vertex → next_vertex …, interpolated on edges; the last
@@ -33,14 +32,29 @@ class RoadmapLookup {
   double r_ball() const { return r_ball_; }
 
  private:
+  // A vertex with finite cost, packed for the scan.
+  struct Entry {
+    float x, y, z, cost;
+    int32_t vertex;
+  };
+
+  void Check() const;
+  int CellIndex(int axis, double coordinate) const;
+  double SquaredDistance(const Entry& entry, const Vector3d& p) const;
+  template <typename Visit>
+  void ForEachCell(const Vector3d& p, double radius, const Visit& visit) const;
+  int BestEntry(const Vector3d& p, const DistanceField& field, double clearance) const;
+  int NearestVertex(const Vector3d& p) const;
+
   int dimension_;
   std::vector<float> positions_;
   CostTable table_;
   double r_ball_;
-  double cell_;
+  double inverse_cell_;  // 1 / side of a cell [1/m]
   Vector3d origin_;
   Eigen::Vector3i cells_;
-  std::vector<int32_t> offsets_, items_;
+  std::vector<int32_t> offsets_;  // per cell
+  std::vector<Entry> entries_;    // by cell, cheapest first
 };
 
 }  // namespace cairn

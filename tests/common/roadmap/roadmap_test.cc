@@ -1,0 +1,72 @@
+#include "common/roadmap/roadmap.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace cairn {
+namespace {
+
+Roadmap Square() {
+  Roadmap roadmap;
+  roadmap.positions = {0, 0, 1, 0, 1, 1, 0, 1};
+  roadmap.offsets = {0, 1, 2, 2, 2};
+  roadmap.neighbors = {1, 0};
+  roadmap.lengths = {1, 1};
+  return roadmap;
+}
+
+CostTable Table() {
+  CostTable table;
+  table.roadmap_hash = 5;
+  table.goal = {Vector3d(0, 0, 0), Vector3d(0.1, 0.1, 0)};
+  table.cost = {0, 1, 2, kUnreachable};
+  table.next_vertex = {-1, 0, 1, -1};
+  return table;
+}
+
+TEST(RoadmapTest, CountsFollowFromTheArrays) {
+  const Roadmap roadmap = Square();
+  EXPECT_EQ(roadmap.num_vertices(), 4);
+  EXPECT_EQ(roadmap.num_edges(), 1);
+  EXPECT_EQ(roadmap.position(2), Vector3d(1, 1, 0));
+}
+
+TEST(RoadmapTest, HashDependsOnDimensionAndEveryPosition) {
+  const Roadmap roadmap = Square();
+  EXPECT_NE(roadmap.Hash(), 0u);
+  EXPECT_EQ(roadmap.Hash(), Square().Hash());
+  for (size_t i = 0; i < roadmap.positions.size(); ++i) {
+    Roadmap other = roadmap;
+    other.positions[i] += 1e-6f;
+    EXPECT_NE(other.Hash(), roadmap.Hash());
+  }
+  Roadmap other = roadmap;
+  other.dimension = 3;
+  EXPECT_NE(other.Hash(), roadmap.Hash());
+  other = roadmap;
+  other.lengths[0] = 2;
+  EXPECT_EQ(other.Hash(), roadmap.Hash());  // edges are not what actors receive
+}
+
+TEST(CostTableTest, HashDependsOnEveryField) {
+  const CostTable table = Table();
+  std::vector<CostTable> others(6, table);
+  others[0].roadmap_hash = 6;
+  others[1].goal.max.y() = 0.2;
+  others[2].cost[1] = 1.5f;
+  others[3].next_vertex[3] = 2;
+  others[4].cost.pop_back();
+  others[5].next_vertex.push_back(0);
+  for (const CostTable& other : others) EXPECT_NE(other.Hash(), table.Hash());
+  EXPECT_EQ(Table().Hash(), table.Hash());
+  EXPECT_NE(CostTable{}.Hash(), 0u);
+}
+
+TEST(CostTableTest, LongestCostIgnoresUnreachableVertices) {
+  EXPECT_EQ(Table().max_cost(), 2);
+  EXPECT_EQ(CostTable{}.max_cost(), 0);
+}
+
+}  // namespace
+}  // namespace cairn
