@@ -17,6 +17,8 @@ enum class Schedule { kLockstep, kAsync };
 struct BoxConfig {
   std::array<double, 3> min{};
   std::array<double, 3> max{};
+
+  bool operator==(const BoxConfig&) const = default;
 };
 
 struct WorldConfig {
@@ -33,6 +35,8 @@ struct WorldConfig {
   BoxConfig start;
   BoxConfig goal;
   double field_resolution = 0.005;
+
+  bool operator==(const WorldConfig&) const = default;
 };
 
 struct ScanConfig {
@@ -40,6 +44,8 @@ struct ScanConfig {
   double field_of_view = 6.283185307179586;
   double range = 0.4;
   double mount_x = 0.0;
+
+  bool operator==(const ScanConfig&) const = default;
 };
 
 struct VehicleConfig {
@@ -57,6 +63,8 @@ struct VehicleConfig {
   double inscribed_radius() const;
   /// Radius of the smallest disc around the footprint [m].
   double circumscribed_radius() const;
+
+  bool operator==(const VehicleConfig&) const = default;
 };
 
 struct PlannerConfig {
@@ -71,6 +79,8 @@ struct PlannerConfig {
 
   /// Paper: r = eta / 2 [m].
   double r_ball() const { return 0.5 * eta; }
+
+  bool operator==(const PlannerConfig&) const = default;
 };
 
 struct EnvironmentConfig {
@@ -85,6 +95,8 @@ struct EnvironmentConfig {
   double observation_noise = 0.0;
   int action_delay_steps = 0;
   double parameter_spread = 0.0;
+
+  bool operator==(const EnvironmentConfig&) const = default;
 };
 
 struct ObservationConfig {
@@ -98,6 +110,8 @@ struct ObservationConfig {
   double look_ahead_far = 0.30;
   double ray_scale = 0.06;
   double look_ahead_clearance = 0.015;
+
+  bool operator==(const ObservationConfig&) const = default;
 };
 
 struct RewardConfig {
@@ -107,6 +121,8 @@ struct RewardConfig {
   double goal_reward = 10.0;
   double collision_reward = -2.0;
   double step_reward = 0.0;
+
+  bool operator==(const RewardConfig&) const = default;
 };
 
 struct LearnerConfig {
@@ -132,16 +148,22 @@ struct LearnerConfig {
   double target_noise_clip = 0.5;
   double action_noise = 0.1;
   double max_grad_norm = 0.0;
+
+  bool operator==(const LearnerConfig&) const = default;
 };
 
 struct LockstepConfig {
   int round_steps = 10;
   bool overlap = true;
   double actor_timeout_s = 60.0;
+
+  bool operator==(const LockstepConfig&) const = default;
 };
 
 struct AsyncConfig {
   int error_buffer = 2000;
+
+  bool operator==(const AsyncConfig&) const = default;
 };
 
 struct EvaluationConfig {
@@ -151,12 +173,16 @@ struct EvaluationConfig {
   int validation_starts = 50;
   int test_starts = 200;
   int validation_every = 2;
+
+  bool operator==(const EvaluationConfig&) const = default;
 };
 
 struct TransportConfig {
   std::string group = "239.255.76.67";
   int base_port = 7700;
   int ttl = 0;
+
+  bool operator==(const TransportConfig&) const = default;
 };
 
 struct Experiment {
@@ -176,6 +202,8 @@ struct Experiment {
   AsyncConfig async;
   EvaluationConfig evaluation;
   TransportConfig transport;
+
+  bool operator==(const Experiment&) const = default;
 };
 
 /// Number of entries of an observation under this experiment.

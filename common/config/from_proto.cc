@@ -1,0 +1,176 @@
+#include "common/config/from_proto.h"
+
+namespace cairn::config {
+namespace {
+
+// The enums of both sides have the same values in the same order; a new one must be added to both.
+template <typename To, typename From>
+To ConvertEnum(From value) {
+  return static_cast<To>(static_cast<int>(value));
+}
+static_assert(proto::ASYNC == static_cast<int>(Schedule::kAsync) && proto::Schedule_MAX == proto::ASYNC);
+static_assert(proto::World::BOXES == static_cast<int>(WorldConfig::Kind::kBoxes) &&
+              proto::World::Kind_MAX == proto::World::BOXES);
+static_assert(proto::Vehicle::PLANE_CAR == static_cast<int>(VehicleConfig::Kind::kPlaneCar) &&
+              proto::Vehicle::Kind_MAX == proto::Vehicle::PLANE_CAR);
+static_assert(proto::Planner::RRG == static_cast<int>(PlannerConfig::Kind::kRrg) &&
+              proto::Planner::Kind_MAX == proto::Planner::RRG);
+static_assert(proto::Environment::START_REGION == static_cast<int>(EnvironmentConfig::Start::kStartRegion) &&
+              proto::Environment::Start_MAX == proto::Environment::START_REGION);
+static_assert(proto::Reward::SPARSE == static_cast<int>(RewardConfig::Kind::kSparse) &&
+              proto::Reward::EUCLIDEAN == static_cast<int>(RewardConfig::Kind::kEuclidean) &&
+              proto::Reward::Kind_MAX == proto::Reward::EUCLIDEAN);
+static_assert(proto::Learner::TD3 == static_cast<int>(LearnerConfig::Algorithm::kTd3) &&
+              proto::Learner::Algorithm_MAX == proto::Learner::TD3);
+
+std::array<double, 3> Vector(const proto::Vector3& message) { return {message.x(), message.y(), message.z()}; }
+
+BoxConfig Box(const proto::Box& message) { return {Vector(message.min()), Vector(message.max())}; }
+
+WorldConfig World(const proto::World& message) {
+  WorldConfig world;
+  world.kind = ConvertEnum<WorldConfig::Kind>(message.kind());
+  world.seed = message.seed();
+  world.cells = message.cells();
+  world.corridor_width = message.corridor_width();
+  world.wall_thickness = message.wall_thickness();
+  world.loop_fraction = message.loop_fraction();
+  world.square = message.square();
+  world.bounds = Box(message.bounds());
+  for (const proto::Box& obstacle : message.obstacles()) world.obstacles.push_back(Box(obstacle));
+  world.start = Box(message.start());
+  world.goal = Box(message.goal());
+  world.field_resolution = message.field_resolution();
+  return world;
+}
+
+VehicleConfig Vehicle(const proto::Vehicle& message) {
+  VehicleConfig vehicle;
+  vehicle.kind = ConvertEnum<VehicleConfig::Kind>(message.kind());
+  vehicle.length = message.length();
+  vehicle.width = message.width();
+  vehicle.min_speed = message.min_speed();
+  vehicle.max_speed = message.max_speed();
+  vehicle.max_yaw_rate = message.max_yaw_rate();
+  vehicle.lag = message.lag();
+  vehicle.scan.beams = message.scan().beams();
+  vehicle.scan.field_of_view = message.scan().field_of_view();
+  vehicle.scan.range = message.scan().range();
+  vehicle.scan.mount_x = message.scan().mount_x();
+  return vehicle;
+}
+
+PlannerConfig Planner(const proto::Planner& message) {
+  PlannerConfig planner;
+  planner.kind = ConvertEnum<PlannerConfig::Kind>(message.kind());
+  planner.eta = message.eta();
+  planner.radius = message.radius();
+  planner.min_spacing = message.min_spacing();
+  planner.coverage = message.coverage();
+  planner.max_samples = message.max_samples();
+  planner.seed = message.seed();
+  return planner;
+}
+
+EnvironmentConfig Environment(const proto::Environment& message) {
+  EnvironmentConfig environment;
+  environment.control_period = message.control_period();
+  environment.physics_rate_hz = message.physics_rate_hz();
+  environment.max_episode_steps = message.max_episode_steps();
+  environment.start = ConvertEnum<EnvironmentConfig::Start>(message.start());
+  environment.speed_disturbance = message.speed_disturbance();
+  environment.yaw_rate_disturbance = message.yaw_rate_disturbance();
+  environment.disturbance_hold = message.disturbance_hold();
+  environment.observation_noise = message.observation_noise();
+  environment.action_delay_steps = message.action_delay_steps();
+  environment.parameter_spread = message.parameter_spread();
+  return environment;
+}
+
+ObservationConfig Observation(const proto::Observation& message) {
+  ObservationConfig observation;
+  observation.position = message.position();
+  observation.heading = message.heading();
+  observation.velocity = message.velocity();
+  observation.d_min = message.d_min();
+  observation.look_ahead = message.look_ahead();
+  observation.rays = message.rays();
+  observation.look_ahead_near = message.look_ahead_near();
+  observation.look_ahead_far = message.look_ahead_far();
+  observation.ray_scale = message.ray_scale();
+  observation.look_ahead_clearance = message.look_ahead_clearance();
+  return observation;
+}
+
+RewardConfig Reward(const proto::Reward& message) {
+  RewardConfig reward;
+  reward.kind = ConvertEnum<RewardConfig::Kind>(message.kind());
+  reward.progress_reward = message.progress_reward();
+  reward.goal_reward = message.goal_reward();
+  reward.collision_reward = message.collision_reward();
+  reward.step_reward = message.step_reward();
+  return reward;
+}
+
+LearnerConfig Learner(const proto::Learner& message) {
+  LearnerConfig learner;
+  learner.algorithm = ConvertEnum<LearnerConfig::Algorithm>(message.algorithm());
+  learner.net_arch.assign(message.net_arch().begin(), message.net_arch().end());
+  learner.layer_norm = message.layer_norm();
+  learner.learning_rate = message.learning_rate();
+  learner.final_learning_rate_fraction = message.final_learning_rate_fraction();
+  learner.batch_size = message.batch_size();
+  learner.buffer_size = message.buffer_size();
+  learner.learning_starts = message.learning_starts();
+  learner.gamma = message.gamma();
+  learner.tau = message.tau();
+  learner.train_freq = message.train_freq();
+  learner.gradient_steps = message.gradient_steps();
+  learner.n_steps = message.n_steps();
+  learner.initial_alpha = message.initial_alpha();
+  learner.auto_alpha = message.auto_alpha();
+  learner.target_entropy = message.target_entropy();
+  learner.policy_delay = message.policy_delay();
+  learner.target_policy_noise = message.target_policy_noise();
+  learner.target_noise_clip = message.target_noise_clip();
+  learner.action_noise = message.action_noise();
+  learner.max_grad_norm = message.max_grad_norm();
+  return learner;
+}
+
+EvaluationConfig Evaluation(const proto::Evaluation& message) {
+  EvaluationConfig evaluation;
+  evaluation.interval_env_steps = message.interval_env_steps();
+  evaluation.max_steps = message.max_steps();
+  evaluation.consumption_starts = message.consumption_starts();
+  evaluation.validation_starts = message.validation_starts();
+  evaluation.test_starts = message.test_starts();
+  evaluation.validation_every = message.validation_every();
+  return evaluation;
+}
+
+}  // namespace
+
+Experiment FromProto(const proto::Experiment& message) {
+  Experiment experiment;
+  experiment.name = message.name();
+  experiment.schedule = ConvertEnum<Schedule>(message.schedule());
+  experiment.total_env_steps = message.total_env_steps();
+  experiment.num_vehicles = message.num_vehicles();
+  experiment.seed = message.seed();
+  experiment.world = World(message.world());
+  experiment.vehicle = Vehicle(message.vehicle());
+  experiment.planner = Planner(message.planner());
+  experiment.environment = Environment(message.environment());
+  experiment.observation = Observation(message.observation());
+  experiment.reward = Reward(message.reward());
+  experiment.learner = Learner(message.learner());
+  experiment.lockstep = {message.lockstep().round_steps(), message.lockstep().overlap(),
+                         message.lockstep().actor_timeout_s()};
+  experiment.async = {message.async().error_buffer()};
+  experiment.evaluation = Evaluation(message.evaluation());
+  experiment.transport = {message.transport().group(), message.transport().base_port(), message.transport().ttl()};
+  return experiment;
+}
+
+}  // namespace cairn::config

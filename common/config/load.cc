@@ -1,0 +1,72 @@
+#include "common/config/load.h"
+
+#include <google/protobuf/text_format.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+#include "common/config/draft.h"
+#include "common/config/from_proto.h"
+#include "common/config/override.h"
+#include "common/config/ranges.h"
+#include "common/config/resolve.h"
+#include "common/config/rules.h"
+#include "common/config/text_reader.h"
+#include "common/core/check.h"
+#include "common/core/hash.h"
+
+namespace cairn {
+namespace {
+
+std::string Print(const proto::Experiment& message) {
+  std::string text;
+  google::protobuf::TextFormat::Printer printer;
+  printer.SetUseShortRepeatedPrimitives(true);
+  CAIRN_CHECK(printer.PrintToString(message, &text));
+  return text;
+}
+
+std::string ReadFile(const std::string& path) {
+  errno = 0;
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
+  std::string text;
+  char block[4096];
+  while (file != nullptr) {
+    const size_t got = std::fread(block, 1, sizeof(block), file.get());
+    text.append(block, got);
+    if (got < sizeof(block)) break;
+  }
+  if (file == nullptr || std::ferror(file.get()) != 0) {
+    ThrowUsageError("experiment file {}: {}", path, std::strerror(errno));
+  }
+  return text;
+}
+
+// Name and transport may differ between the processes of one run and between a run and its repetition.
+uint64_t Hash(proto::Experiment message) {
+  message.clear_name();
+  message.clear_transport();
+  const std::string text = Print(message);
+  return ContentHash(text.data(), text.size());
+}
+
+}  // namespace
+
+LoadedExperiment ParseExperiment(const std::string& text, const std::string& source,
+                                 const std::vector<std::string>& overrides) {
+  config::Draft draft = config::ReadText(text, source);
+  for (const std::string& assignment : overrides) config::ApplyOverride(assignment, &draft);
+  config::CheckRanges(draft);  // before deriving, so that the typed value is named and not what followed from it
+  config::Resolve(&draft);
+  config::CheckRanges(draft);
+  config::CheckRules(draft);
+  return {config::FromProto(draft.message), Print(draft.message), Hash(draft.message)};
+}
+
+LoadedExperiment LoadExperiment(const std::string& path, const std::vector<std::string>& overrides) {
+  return ParseExperiment(ReadFile(path), path, overrides);
+}
+
+}  // namespace cairn

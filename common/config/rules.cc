@@ -1,0 +1,129 @@
+#include "common/config/rules.h"
+
+#include <arpa/inet.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "common/core/check.h"
+
+namespace cairn::config {
+namespace {
+
+// One named value of the draft, for comparisons.
+template <typename T>
+struct Named {
+  std::string path;
+  T value;
+};
+
+template <typename T>
+void CheckAtMost(const Draft& draft, const Named<T>& low, const Named<T>& high) {
+  if (low.value <= high.value) return;
+  ThrowUsageError("{} must not exceed {}", draft.Show(low.path, low.value), draft.Show(high.path, high.value));
+}
+
+template <typename T>
+void CheckBelow(const Draft& draft, const Named<T>& low, const Named<T>& high) {
+  if (low.value < high.value) return;
+  ThrowUsageError("{} must be below {}", draft.Show(low.path, low.value), draft.Show(high.path, high.value));
+}
+
+// The name becomes part of directory names.
+void CheckName(const Draft& draft) {
+  const std::string& name = draft.message.name();
+  const bool clean = std::all_of(name.begin(), name.end(),
+                                 [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-' || c == '.'; });
+  if (clean && !name.empty() && name.size() <= 64 && name[0] != '.') return;
+  ThrowUsageError("{}: name = \"{}\"; it must be 1 to 64 letters, digits, '_', '-' or '.', not beginning with '.'",
+                  draft.Origin("name"), name);
+}
+
+void CheckWorld(const Draft& draft) {
+  const proto::World& world = draft.message.world();
+  const bool boxes = world.kind() == proto::World::BOXES;
+  const auto check = [&](const char* path, bool present, bool needed) {
+    if (needed && !present)
+      ThrowUsageError("{} is missing: world.kind = BOXES ({}) needs it", path, draft.Origin("world.kind"));
+    if (present && !boxes) ThrowUsageError("{}: {} is read only with world.kind = BOXES", draft.Origin(path), path);
+  };
+  check("world.bounds", world.has_bounds(), boxes);
+  check("world.start", world.has_start(), boxes);
+  check("world.goal", world.has_goal(), boxes);
+  check("world.obstacles", !world.obstacles().empty(), false);
+}
+
+void CheckVehicle(const Draft& draft) {
+  const proto::Vehicle& vehicle = draft.message.vehicle();
+  CheckBelow<double>(draft, {"vehicle.min_speed", vehicle.min_speed()}, {"vehicle.max_speed", vehicle.max_speed()});
+  if (std::abs(vehicle.scan().mount_x()) > vehicle.length() / 2) {
+    ThrowUsageError("{} must lie on the vehicle: at most half of {}",
+                    draft.Show("vehicle.scan.mount_x", vehicle.scan().mount_x()),
+                    draft.Show("vehicle.length", vehicle.length()));
+  }
+}
+
+// A coarser spacing could never cover free space with balls of r_ball = eta / 2.
+void CheckPlanner(const Draft& draft) {
+  const proto::Planner& planner = draft.message.planner();
+  if (planner.min_spacing() <= 0.5 * planner.eta()) return;
+  ThrowUsageError("{} must not exceed r_ball = eta / 2, {}", draft.Show("planner.min_spacing", planner.min_spacing()),
+                  draft.Show("planner.eta", planner.eta()));
+}
+
+// Physics has one fixed step, so that its accuracy does not depend on the control period.
+void CheckControlPeriod(const Draft& draft) {
+  const proto::Environment& environment = draft.message.environment();
+  const double steps = environment.control_period() * environment.physics_rate_hz();
+  const double nearest = std::max(1.0, std::round(steps));
+  if (std::abs(steps - nearest) <= 1e-9 * nearest) return;
+  ThrowUsageError("{} must be a whole number of physics steps, {}; the nearest is {}",
+                  draft.Show("environment.control_period", environment.control_period()),
+                  draft.Show("environment.physics_rate_hz", environment.physics_rate_hz()),
+                  nearest / environment.physics_rate_hz());
+}
+
+void CheckObservation(const Draft& draft) {
+  const proto::Observation& observation = draft.message.observation();
+  CheckBelow<double>(draft, {"observation.look_ahead_near", observation.look_ahead_near()},
+                     {"observation.look_ahead_far", observation.look_ahead_far()});
+  if (observation.position() || observation.heading() || observation.velocity() || observation.d_min() ||
+      observation.look_ahead() || observation.rays()) {
+    return;
+  }
+  ThrowUsageError("{}: observation: every part is switched off; at least one must be true",
+                  draft.Origin("observation"));
+}
+
+void CheckLearner(const Draft& draft) {
+  const proto::Learner& learner = draft.message.learner();
+  const Named<int> buffer{"learner.buffer_size", learner.buffer_size()};
+  CheckAtMost<int>(draft, {"learner.batch_size", learner.batch_size()}, buffer);
+  CheckAtMost<int>(draft, {"learner.learning_starts", learner.learning_starts()}, buffer);
+  CheckAtMost<int>(draft, {"learner.n_steps", learner.n_steps()}, buffer);
+}
+
+void CheckTransport(const Draft& draft) {
+  const std::string& group = draft.message.transport().group();
+  in_addr address{};
+  const bool valid = inet_pton(AF_INET, group.c_str(), &address) == 1;
+  if (valid && (ntohl(address.s_addr) >> 28) == 0xE) return;
+  ThrowUsageError("{}: transport.group = \"{}\"; it must be an IPv4 multicast address, 224.0.0.0 to 239.255.255.255",
+                  draft.Origin("transport.group"), group);
+}
+
+}  // namespace
+
+void CheckRules(const Draft& draft) {
+  CheckName(draft);
+  CheckWorld(draft);
+  CheckVehicle(draft);
+  CheckPlanner(draft);
+  CheckControlPeriod(draft);
+  CheckObservation(draft);
+  CheckLearner(draft);
+  CheckTransport(draft);
+}
+
+}  // namespace cairn::config

@@ -1,0 +1,117 @@
+#include "common/config/from_proto.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <vector>
+
+#include "common/config/ranges.h"
+#include "common/config/resolve.h"
+
+namespace cairn::config {
+namespace {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+using google::protobuf::Reflection;
+
+// Gives a scalar field a value that differs from its default.
+void SetOther(Message* message, const FieldDescriptor* field) {
+  const Reflection* reflection = message->GetReflection();
+  switch (field->cpp_type()) {
+    case FieldDescriptor::CPPTYPE_BOOL:
+      return reflection->SetBool(message, field, !field->default_value_bool());
+    case FieldDescriptor::CPPTYPE_INT32:
+      return reflection->SetInt32(message, field, field->default_value_int32() + 7);
+    case FieldDescriptor::CPPTYPE_INT64:
+      return reflection->SetInt64(message, field, field->default_value_int64() + 7);
+    case FieldDescriptor::CPPTYPE_UINT64:
+      return reflection->SetUInt64(message, field, field->default_value_uint64() + 7);
+    case FieldDescriptor::CPPTYPE_DOUBLE:
+      return reflection->SetDouble(message, field, field->default_value_double() + 0.71);
+    case FieldDescriptor::CPPTYPE_STRING:
+      return reflection->SetString(message, field, "another");
+    case FieldDescriptor::CPPTYPE_ENUM:
+      return reflection->SetEnumValue(message, field, field->enum_type()->value_count() - 1);
+    default:
+      FAIL() << "no value for the type of " << field->full_name();
+  }
+}
+
+// Calls `visit` for every scalar field below `message`, with the message mutable in place.
+void VisitScalars(Message* message, const std::function<void(Message*, const FieldDescriptor*)>& visit) {
+  const Reflection* reflection = message->GetReflection();
+  for (int i = 0; i < message->GetDescriptor()->field_count(); ++i) {
+    const FieldDescriptor* field = message->GetDescriptor()->field(i);
+    if (field->message_type() == nullptr) {
+      if (!field->is_repeated()) visit(message, field);
+    } else if (field->is_repeated()) {
+      VisitScalars(reflection->AddMessage(message, field), visit);
+    } else {
+      VisitScalars(reflection->MutableMessage(message, field), visit);
+    }
+  }
+}
+
+proto::Experiment Defaults() {
+  proto::Experiment message;
+  VisitScalars(&message, [](Message*, const FieldDescriptor*) {});
+  return message;
+}
+
+TEST(FromProtoTest, EveryFieldReachesTheStruct) {
+  const Experiment before = FromProto(Defaults());
+  int count = 0;
+  int next = 0;
+  proto::Experiment message;
+  // Field number `next` in visiting order is changed alone, then the next one, until there is none left.
+  for (bool found = true; found; ++next) {
+    found = false;
+    int at = 0;
+    std::string name;
+    message.Clear();
+    VisitScalars(&message, [&](Message* owner, const FieldDescriptor* field) {
+      if (at++ != next) return;
+      SetOther(owner, field);
+      name = field->full_name();
+      found = true;
+    });
+    // Planner.Kind has one value only.
+    if (!found || name == "cairn.proto.Planner.kind") continue;
+    EXPECT_FALSE(FromProto(message) == before) << name << " does not reach the struct";
+    ++count;
+  }
+  EXPECT_GT(count, 100);
+}
+
+TEST(FromProtoTest, ListsReachTheStruct) {
+  proto::Experiment message;
+  message.mutable_learner()->add_net_arch(5);
+  EXPECT_EQ(FromProto(message).learner.net_arch, std::vector<int>{5});
+  message.mutable_world()->add_obstacles()->mutable_max()->set_y(3);
+  ASSERT_EQ(FromProto(message).world.obstacles.size(), 1u);
+  EXPECT_EQ(FromProto(message).world.obstacles[0].max[1], 3);
+}
+
+TEST(FromProtoTest, StructDefaultsAreThoseOfTheSchema) {
+  Draft draft;
+  Resolve(&draft);
+  Experiment resolved = FromProto(draft.message);
+  const Experiment plain;
+  // The lengths that follow from the vehicle are rounded in the struct.
+  resolved.planner.eta = plain.planner.eta;
+  resolved.planner.min_spacing = plain.planner.min_spacing;
+  resolved.planner.radius = plain.planner.radius;
+  resolved.vehicle.scan.range = plain.vehicle.scan.range;
+  resolved.observation = plain.observation;
+  EXPECT_EQ(resolved, plain);
+}
+
+TEST(FromProtoTest, DefaultsOfTheSchemaKeepItsOwnRanges) {
+  Draft draft;
+  Resolve(&draft);
+  EXPECT_NO_THROW(CheckRanges(draft));
+}
+
+}  // namespace
+}  // namespace cairn::config
