@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "actors/rewards/reward.h"
 #include "actors/scene.h"
 #include "actors/vehicles/vehicle.h"
 #include "common/rl/episode.h"
@@ -36,7 +37,8 @@ class Environment {
   void Observe(float* observation) const;
 
   /// Applies an action in [−1, 1]^2 for one control period; the first event (contact, goal) ends it early.
-  /// A non-finite action or state ends the episode as kDiverged (truncated, reward 0).
+  /// A non-finite action or state ends the episode as kDiverged (truncated, reward 0): the caller counts it and keeps
+  /// its last segment out of replay. Pose and observation stay those of the last finite state.
   StepResult Step(const float* action);
 
   /// Bookkeeping of the current episode; complete when the last Step returned an end.
@@ -44,18 +46,24 @@ class Environment {
 
   Pose pose() const;
   double speed() const;  ///< forward [m/s]
-  /// D_min of the current episode [m].
+  const Scene& scene() const { return *scene_; }
+  /// D_min of the current episode under the reward's D [m], kUnreachable while no D was finite.
   float d_min() const;
 
   /// After Scene::SetTable in mid-episode (DESIGN 24): D_min = new D(s), no reward.
   void ResetProgress();
 
-  /// Opaque, exact: after Load the same actions give the same bits.
+  /// Opaque, exact: after Load the same actions give the same bits, given the same experiment and cost table. Load
+  /// throws Error when the blob does not fit the experiment.
   std::string Save() const;
   void Load(const std::string& blob);
 
  private:
   struct State;
+  void Start(const EpisodeResult& next, const Pose& start, int step_limit);
+  StepResult Finish(StepEvent event);
+  StepResult Diverge();
+
   std::shared_ptr<const Scene> scene_;
   std::unique_ptr<State> state_;
   EpisodeResult episode_;

@@ -18,27 +18,35 @@ struct Pose {
   double x = 0, y = 0, yaw = 0;
 };
 
-/// Everything immutable that the environments of one process share: world, field, obstacles, cost table, start sets.
+/// Everything that the environments of one process share: world, field, obstacles, cost table, start sets. Immutable
+/// but for SetTable, which no other thread may call or overlap.
 class Scene {
  public:
   /// Builds world, field and obstacle grid from the experiment; throws UsageError as MakeWorld and Reachability do.
   explicit Scene(Experiment experiment);
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
 
   /// The cost table that rewards and look-ahead read from now on. The scale of D_min in the observation is fixed by
   /// the first table.
   void SetTable(std::shared_ptr<const RoadmapLookup> lookup);
 
   /// Uniform pose in free space (circumscribed radius + 3 mm · radius/43 mm from obstacles, outside the goal, goal
-  /// reachable), or in the start region, yaw uniform. Training: from (seed, vehicle, kStart, episode).
+  /// reachable), or in the start region, yaw uniform. Training: from (seed, vehicle, kStart, episode). Throws
+  /// UsageError when a million draws find none.
   Pose TrainingStart(int vehicle, int episode) const;
 
-  /// Start `index` of a fixed evaluation set; depends on world.seed alone. The sets are disjoint.
+  /// Start `index` of a fixed evaluation set: uniform over free space whatever environment.start says; of all seeds it
+  /// depends on world.seed alone. The sets are disjoint.
   Pose EvaluationStart(StartSet set, int index) const;
 
   const Experiment& experiment() const { return experiment_; }
+  /// Physics steps in one control step: control_period · physics_rate_hz, rounded, at least 1.
+  int control_physics_steps() const { return control_physics_steps_; }
   const World& world() const { return world_; }
   const DistanceField& field() const { return field_; }
   const ObstacleGrid& obstacles() const { return obstacles_; }
+  bool has_table() const { return lookup_ != nullptr; }
   const RoadmapLookup& lookup() const { return *lookup_; }
   /// Longest finite cost-to-go [m] of the first table: the scale of D_min in the observation.
   double d_min_scale() const { return d_min_scale_; }
@@ -47,6 +55,7 @@ class Scene {
   Pose DrawStart(RandomStream& random, const Box& region) const;
 
   Experiment experiment_;
+  int control_physics_steps_;
   World world_;
   DistanceField field_;
   ObstacleGrid obstacles_;

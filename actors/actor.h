@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "actors/policy_store.h"
+#include "actors/rollout.h"
+#include "common/bus/bus.h"
+#include "common/bus/reliable_stream.h"
+#include "common/bus/table_client.h"
+#include "common/config/experiment.h"
+#include "common/rl/audit_log.h"
+
+namespace cairn::actors {
+
+struct ActorIdentity {
+  int actor_id = 0;
+  int generation = 0;
+  uint64_t experiment_hash = 0;
+};
+
+/// The actor process: joins the learner, pulls the cost table from the planner, then rolls out what the control frame
+/// grants (LOCKSTEP rounds or ASYNC credit) and evaluates what it asks, until the learner says finished. One thread;
+/// state, not events, drives it, so any lost datagram only costs time.
+class Actor {
+ public:
+  /// `bus` must outlive the actor. Throws UsageError as Scene does.
+  Actor(Bus* bus, const Experiment& experiment, const ActorIdentity& identity);
+
+  /// Returns when the run is finished. Throws Error when the learner refuses this process.
+  void Run();
+
+ private:
+  // What comes in.
+  void Subscribe();
+  void OnWelcome(const Welcome& welcome);
+  void OnControl(const Control& control);
+  // What it does; each returns whether there was something to do.
+  bool Join(TimePoint now);
+  bool ReceiveTable();
+  bool RollRound();
+  bool RollCredit();
+  bool Evaluate();
+  // What goes out.
+  void SendExperience();
+  void SendStatus(TimePoint now, Duration interval);
+  void SendTelemetry(TimePoint now);
+
+  /// Sets the policy to a version; asks for it and returns false when it is not here yet.
+  bool UsePolicy(int64_t version);
+  RolloutContext Context() const;
+  const Control::Actor* Myself() const;
+  bool finished() const { return control_ && control_->phase == Control::Phase::kFinished; }
+  bool running() const { return control_ && control_->phase == Control::Phase::kRunning && has_table_; }
+
+  Bus* bus_;
+  const Experiment& experiment_;
+  const ActorIdentity identity_;
+  const int observation_size_;
+  std::shared_ptr<Scene> scene_;
+  TableClient tables_;
+  PolicyStore policies_;
+  Policy policy_;
+  Rollout rollout_;
+  ReliableSender stream_;
+  AuditLog audit_;
+
+  std::optional<Control> control_;
+  std::optional<Welcome> welcome_;
+  std::string refusal_;
+  bool has_table_ = false;
+  uint64_t table_hash_ = 0;
+  int64_t assignment_done_ = -1;
+  std::vector<int32_t> round_steps_done_;  // of welcome_->round, by index of my vehicles
+  int64_t round_done_ = 0;
+  int64_t evaluation_done_ = 0;
+  int64_t credit_used_ = 0;
+  size_t next_vehicle_ = 0;  // ASYNC: whose turn it is when credit is short
+  int64_t policy_in_use_ = -1;
+  int64_t wanted_policy_version_ = -1;
+  std::vector<EpisodeResult> evaluation_results_;
+  int64_t eval_steps_ = 0;
+  TimePoint next_hello_{};
+  TimePoint last_status_{};
+  TimePoint last_flush_{};
+  TimePoint last_telemetry_{};
+  int64_t telemetry_env_steps_ = 0;
+  double busy_s_ = 0;  // since the last telemetry
+};
+
+}  // namespace cairn::actors

@@ -1,0 +1,268 @@
+#include "actors/environment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "actors/blob.h"
+#include "actors/contact_test.h"
+#include "actors/disturbance.h"
+#include "actors/episode_meter.h"
+#include "actors/episode_streams.h"
+#include "actors/observation.h"
+#include "actors/rewards/reward.h"
+#include "common/core/check.h"
+#include "common/core/log.h"
+
+namespace cairn::actors {
+namespace {
+
+bool IsFinite(const GroundState& s) {
+  return std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.yaw) && std::isfinite(s.speed) &&
+         std::isfinite(s.yaw_rate);
+}
+
+DriveCommand ToCommand(const VehicleConfig& vehicle, const float* action) {
+  const double a0 = std::clamp<double>(action[0], -1, 1), a1 = std::clamp<double>(action[1], -1, 1);
+  return {vehicle.min_speed + 0.5 * (a0 + 1) * (vehicle.max_speed - vehicle.min_speed), a1 * vehicle.max_yaw_rate};
+}
+
+// Field by field: the struct has padding, and equal episodes shall give equal blobs.
+void WriteResult(const EpisodeResult& r, BlobWriter& blob) {
+  blob.Put(r.set), blob.Put(r.vehicle), blob.Put(r.episode), blob.Put(r.steps), blob.Put(r.outcome);
+  blob.Put(r.policy_version), blob.Put(r.episode_return), blob.Put(r.duration), blob.Put(r.path_length);
+  blob.Put(r.shortest_length), blob.Put(r.min_clearance), blob.Put(r.mean_jerk);
+}
+
+void ReadResult(EpisodeResult& r, BlobReader& blob) {
+  blob.Get(r.set), blob.Get(r.vehicle), blob.Get(r.episode), blob.Get(r.steps), blob.Get(r.outcome);
+  blob.Get(r.policy_version), blob.Get(r.episode_return), blob.Get(r.duration), blob.Get(r.path_length);
+  blob.Get(r.shortest_length), blob.Get(r.min_clearance), blob.Get(r.mean_jerk);
+}
+
+}  // namespace
+
+struct Environment::State {
+  explicit State(const Scene& s)
+      : scene(s),
+        vehicle(MakeVehicle(s.experiment().vehicle, s.experiment().environment)),
+        builder(s),
+        reward(MakeReward(s.experiment())),
+        contact(s),
+        meter(s, contact),
+        disturbance(s.experiment().environment),
+        observation_noise(0, RandomPurpose::kObservationNoise),
+        delay(static_cast<size_t>(s.experiment().environment.action_delay_steps)) {}
+
+  void StartStreams(const EpisodeResult& episode);
+  void Place(const EpisodeResult& episode, const Pose& start, int step_limit);
+  DriveCommand Delay(int step, const DriveCommand& command);
+  bool Drive(const DriveCommand& command, StepEvent& event);
+  bool StepPhysics();
+  StepEvent FindEvent();
+  float Distance() const { return reward->Distance(scene, Vector3d(n.ground.x, n.ground.y, 0)); }
+  float ShortestLength(float distance) const;
+
+  const Scene& scene;
+  std::unique_ptr<Vehicle> vehicle;
+  ObservationBuilder builder;
+  std::unique_ptr<Reward> reward;
+  ContactTest contact;
+  EpisodeMeter meter;
+  HeldDisturbance disturbance;
+  RandomStream observation_noise;   // position set per step, so that observing twice gives the same
+  std::vector<DriveCommand> delay;  // ring of commands on their way, slot = step mod size
+  // All eight bytes wide: no padding in the blob.
+  struct Numbers {
+    GroundState ground;  // the last finite state
+    double d_min = 0;    // a float's value
+    double episode_return = 0;
+    int64_t physics_steps = 0;
+    int64_t step_limit = 0;
+  } n;
+};
+
+void Environment::State::StartStreams(const EpisodeResult& episode) {
+  const uint64_t seed = scene.experiment().seed;
+  disturbance.Reset(EpisodeStream(seed, episode, NoiseUse::kDisturbance));
+  observation_noise = EpisodeStream(seed, episode, NoiseUse::kObservation);
+}
+
+void Environment::State::Place(const EpisodeResult& episode, const Pose& start, int step_limit) {
+  RandomStream parameters = EpisodeStream(scene.experiment().seed, episode, NoiseUse::kParameters);
+  vehicle->Reset(start.x, start.y, start.yaw, parameters);
+  n = Numbers{};
+  n.ground = {start.x, start.y, start.yaw, 0, 0};
+  n.step_limit = step_limit;
+  n.d_min = Distance();
+  meter.Reset(n.ground);
+  const VehicleConfig& config = scene.experiment().vehicle;
+  std::fill(delay.begin(), delay.end(), DriveCommand{std::clamp(0.0, config.min_speed, config.max_speed), 0});
+}
+
+// Hands out the command of action_delay_steps ago; before the first one arrives the vehicle is told to stand still.
+DriveCommand Environment::State::Delay(int step, const DriveCommand& command) {
+  if (delay.empty()) return command;
+  return std::exchange(delay[static_cast<size_t>(step) % delay.size()], command);
+}
+
+// One control step; false when the state is no longer finite. The first event ends it.
+bool Environment::State::Drive(const DriveCommand& command, StepEvent& event) {
+  const int steps = scene.control_physics_steps();
+  for (int i = 0; i < steps && event == StepEvent::kNone; ++i) {
+    const bool new_hold = disturbance.Advance(n.physics_steps);
+    if (i == 0 || new_hold) {
+      const DriveCommand disturbed = disturbance.Apply(command);
+      vehicle->Command(disturbed.speed, disturbed.yaw_rate);
+    }
+    if (!StepPhysics()) return false;
+    event = FindEvent();
+  }
+  if (event == StepEvent::kNone) meter.AddControlStep(n.ground);
+  return true;
+}
+
+bool Environment::State::StepPhysics() {
+  try {
+    vehicle->Step();
+  } catch (const Error& error) {  // ODE's own checks
+    log::Warning("episode ended as diverged: {}", error.what());
+    return false;
+  }
+  ++n.physics_steps;
+  const GroundState next = vehicle->state();
+  if (!IsFinite(next)) return false;
+  n.ground = next;
+  return true;
+}
+
+StepEvent Environment::State::FindEvent() {
+  const double center_distance = contact.CenterDistance(n.ground);
+  meter.AddPhysicsStep(n.ground, center_distance);
+  if (contact.Touches(n.ground, center_distance)) {
+    meter.SetContact();
+    return StepEvent::kObstacle;
+  }
+  const World& world = scene.world();
+  return world.Contains(world.goal, Vector3d(n.ground.x, n.ground.y, 0)) ? StepEvent::kGoal : StepEvent::kNone;
+}
+
+// The roadmap's length from here; near the edge of free space, where D is infinite, through the nearest way in.
+float Environment::State::ShortestLength(float distance) const {
+  if (std::isfinite(distance)) return distance;
+  const Vector3d p(n.ground.x, n.ground.y, 0);
+  const RoadmapLookup& lookup = scene.lookup();
+  const int entry = lookup.EntryVertex(p, scene.field(), 0);
+  if (entry < 0) return distance;
+  return static_cast<float>((lookup.position(entry) - p).norm() + lookup.table().cost[entry]);
+}
+
+Environment::Environment(std::shared_ptr<const Scene> scene)
+    : scene_(std::move(scene)), state_(std::make_unique<State>(*scene_)) {}
+
+Environment::~Environment() = default;
+
+void Environment::ResetTraining(int vehicle, int episode) {
+  EpisodeResult next;
+  next.vehicle = vehicle;
+  next.episode = episode;
+  Start(next, scene_->TrainingStart(vehicle, episode), EpisodeSteps(scene_->experiment(), scene_->d_min_scale()));
+}
+
+void Environment::ResetEvaluation(StartSet set, int index, int evaluation) {
+  EpisodeResult next;
+  next.set = set;
+  next.vehicle = index;
+  next.episode = evaluation;
+  Start(next, scene_->EvaluationStart(set, index), scene_->experiment().evaluation.max_steps);
+}
+
+void Environment::Start(const EpisodeResult& next, const Pose& start, int step_limit) {
+  CAIRN_CHECK(scene_->has_table(), "an episode needs a cost table");
+  // Nothing of a diverged world is worth keeping.
+  if (episode_.outcome == Outcome::kDiverged) state_ = std::make_unique<State>(*scene_);
+  episode_ = next;
+  state_->StartStreams(episode_);
+  state_->Place(episode_, start, step_limit);
+  episode_.shortest_length = state_->ShortestLength(scene_->lookup().CostToGo(Vector3d(start.x, start.y, 0)));
+  state_->meter.Fill(episode_);
+}
+
+void Environment::Observe(float* observation) const {
+  state_->builder.Build(state_->n.ground, d_min(), observation);
+  const double noise = scene_->experiment().environment.observation_noise;
+  if (noise == 0) return;
+  const int size = state_->builder.size();
+  RandomStream random = state_->observation_noise;
+  random.SetPosition(uint64_t{2} * static_cast<uint64_t>(size) * static_cast<uint64_t>(episode_.steps));
+  for (int i = 0; i < size; ++i) observation[i] += static_cast<float>(noise * random.Normal());
+}
+
+StepResult Environment::Step(const float* action) {
+  CAIRN_CHECK(episode_.outcome == Outcome::kRunning, "the episode is over ({}): reset first",
+              OutcomeName(episode_.outcome));
+  StepEvent event = StepEvent::kNone;
+  const bool finite =
+      std::isfinite(action[0]) && std::isfinite(action[1]) &&
+      state_->Drive(state_->Delay(episode_.steps, ToCommand(scene_->experiment().vehicle, action)), event);
+  ++episode_.steps;
+  return finite ? Finish(event) : Diverge();
+}
+
+StepResult Environment::Finish(StepEvent event) {
+  State& s = *state_;
+  const float distance = s.Distance();
+  StepResult result;
+  result.reward = s.reward->Evaluate(event, d_min(), distance);
+  s.n.d_min = std::min<double>(s.n.d_min, distance);
+  s.n.episode_return += result.reward;
+  if (event != StepEvent::kNone) {
+    episode_.outcome = event == StepEvent::kGoal ? Outcome::kGoal : Outcome::kCollision;
+    result.end = SegmentEnd::kTerminated;
+  } else if (episode_.steps >= s.n.step_limit) {
+    episode_.outcome = Outcome::kTimeout;
+    result.end = SegmentEnd::kTruncated;
+  }
+  episode_.episode_return = static_cast<float>(s.n.episode_return);
+  s.meter.Fill(episode_);
+  return result;
+}
+
+StepResult Environment::Diverge() {
+  episode_.outcome = Outcome::kDiverged;
+  state_->meter.Fill(episode_);
+  return {0, SegmentEnd::kTruncated};
+}
+
+Pose Environment::pose() const { return {state_->n.ground.x, state_->n.ground.y, state_->n.ground.yaw}; }
+
+double Environment::speed() const { return state_->n.ground.speed; }
+
+float Environment::d_min() const { return static_cast<float>(state_->n.d_min); }
+
+void Environment::ResetProgress() { state_->n.d_min = state_->Distance(); }
+
+std::string Environment::Save() const {
+  BlobWriter blob;
+  WriteResult(episode_, blob);
+  blob.Put(state_->n);
+  state_->meter.Write(blob);
+  state_->disturbance.Write(blob);
+  for (const DriveCommand& command : state_->delay) blob.Put(command);
+  blob.PutBytes(state_->vehicle->Save());
+  return blob.Take();
+}
+
+void Environment::Load(const std::string& bytes) {
+  BlobReader blob(bytes);
+  ReadResult(episode_, blob);
+  state_->StartStreams(episode_);
+  blob.Get(state_->n);
+  state_->meter.Read(blob);
+  state_->disturbance.Read(blob);
+  for (DriveCommand& command : state_->delay) blob.Get(command);
+  state_->vehicle->Load(blob.GetBytes());
+  blob.Finish();
+}
+
+}  // namespace cairn::actors

@@ -1,0 +1,61 @@
+#include "actors/episode_meter.h"
+
+#include <cmath>
+#include <limits>
+
+#include "actors/clearance.h"
+
+namespace cairn::actors {
+
+EpisodeMeter::EpisodeMeter(const Scene& scene, const ContactTest& contact)
+    : scene_(scene),
+      contact_(contact),
+      circumscribed_radius_(scene.experiment().vehicle.circumscribed_radius()),
+      time_step_(1.0 / scene.experiment().environment.physics_rate_hz),
+      control_period_(scene.control_physics_steps() * time_step_) {}
+
+void EpisodeMeter::Reset(const GroundState& start) {
+  numbers_ = Numbers{};
+  numbers_.x = start.x;
+  numbers_.y = start.y;
+  numbers_.min_clearance = FootprintClearance(scene_.field(), {start.x, start.y, start.yaw}, contact_.footprint(),
+                                              contact_.CenterDistance(start), std::numeric_limits<double>::infinity());
+}
+
+void EpisodeMeter::AddPhysicsStep(const GroundState& state, double center_distance) {
+  Numbers& n = numbers_;
+  const double dx = state.x - n.x, dy = state.y - n.y;
+  n.path_length += std::sqrt(dx * dx + dy * dy);
+  n.x = state.x;
+  n.y = state.y;
+  ++n.physics_steps;
+  if (center_distance - circumscribed_radius_ >= n.min_clearance) return;
+  n.min_clearance = FootprintClearance(scene_.field(), {state.x, state.y, state.yaw}, contact_.footprint(),
+                                       center_distance, n.min_clearance);
+}
+
+// Jerk by second differences of the velocity in W: |v_k − 2 v_{k−1} + v_{k−2}| / period², from the second step on.
+void EpisodeMeter::AddControlStep(const GroundState& state) {
+  Numbers& n = numbers_;
+  const double vx = state.speed * std::cos(state.yaw), vy = state.speed * std::sin(state.yaw);
+  ++n.control_steps;
+  if (n.control_steps >= 2) {
+    n.jerk_sum += std::hypot(vx - 2 * n.velocity_x[0] + n.velocity_x[1], vy - 2 * n.velocity_y[0] + n.velocity_y[1]) /
+                  (control_period_ * control_period_);
+  }
+  n.velocity_x[1] = n.velocity_x[0];
+  n.velocity_y[1] = n.velocity_y[0];
+  n.velocity_x[0] = vx;
+  n.velocity_y[0] = vy;
+}
+
+void EpisodeMeter::Fill(EpisodeResult& result) const {
+  const Numbers& n = numbers_;
+  result.path_length = static_cast<float>(n.path_length);
+  result.min_clearance = static_cast<float>(n.min_clearance);
+  result.mean_jerk =
+      n.control_steps >= 2 ? static_cast<float>(n.jerk_sum / static_cast<double>(n.control_steps - 1)) : 0;
+  result.duration = static_cast<float>(static_cast<double>(n.physics_steps) * time_step_);
+}
+
+}  // namespace cairn::actors

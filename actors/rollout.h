@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "actors/environment.h"
+#include "actors/scene.h"
+#include "common/core/random.h"
+#include "common/nn/policy.h"
+#include "common/rl/episode.h"
+#include "common/rl/segment.h"
+
+namespace cairn::actors {
+
+/// Which policy makes the actions of a rollout step, and under which names its segments go out.
+struct RolloutContext {
+  Policy* policy = nullptr;
+  bool warm_up = false;  ///< uniform actions instead of the policy's
+  int64_t policy_incarnation = 0;
+  int64_t policy_version = 0;
+  uint64_t table_hash = 0;
+};
+
+/// The training vehicles of one actor process: steps them as one batch and collects their segments and finished
+/// episodes. What a vehicle does depends on (seed, vehicle, episode, step, policy) alone, not on its company.
+class Rollout {
+ public:
+  explicit Rollout(std::shared_ptr<const Scene> scene);
+
+  /// Makes the set of vehicles exactly `vehicles` (ascending); new ones start with their `next_episode`, ones that stay
+  /// go on, the others are dropped with their open segments.
+  void Assign(const std::vector<int32_t>& vehicles, const std::vector<int32_t>& next_episode);
+
+  int num_vehicles() const { return static_cast<int>(vehicles_.size()); }
+  int32_t vehicle(int index) const { return vehicles_[static_cast<size_t>(index)].id; }
+
+  /// One control step of the vehicles with these indices, in one policy batch. `indices` is ascending.
+  void Step(const std::vector<int>& indices, const RolloutContext& context);
+
+  /// Closes the open segments (their episodes go on in new ones) and returns everything collected since the last call.
+  std::vector<Segment> TakeSegments();
+  std::vector<EpisodeResult> TakeEpisodes();
+
+  int64_t env_steps() const { return env_steps_; }
+  int64_t num_episodes() const { return num_episodes_; }
+  /// For telemetry: the first vehicle's environment; nullptr without vehicles.
+  const Environment* first() const { return vehicles_.empty() ? nullptr : vehicles_.front().environment.get(); }
+
+ private:
+  struct VehicleState {
+    int32_t id = 0;
+    int32_t episode = 0;
+    int32_t step = 0;  ///< of the episode
+    std::unique_ptr<Environment> environment;
+    RandomStream exploration{0, RandomPurpose::kExploration};
+    std::vector<float> observation;  ///< current
+    Segment segment;                 ///< open
+  };
+  void StartEpisode(VehicleState* vehicle);
+  void Act(const std::vector<int>& indices, const RolloutContext& context);
+  void Advance(VehicleState* vehicle, const float* action, const RolloutContext& context);
+  void CloseSegment(VehicleState* vehicle, SegmentEnd end);
+
+  std::shared_ptr<const Scene> scene_;
+  const int observation_size_;
+  std::vector<VehicleState> vehicles_;
+  std::vector<float> observations_, noise_, actions_;  // batch buffers, row per vehicle
+  std::vector<Segment> segments_;
+  std::vector<EpisodeResult> episodes_;
+  int64_t env_steps_ = 0;
+  int64_t num_episodes_ = 0;
+};
+
+}  // namespace cairn::actors

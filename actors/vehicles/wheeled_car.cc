@@ -1,0 +1,139 @@
+#include "actors/vehicles/wheeled_car.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cairn::actors {
+
+WheeledCarParams WheeledCarParams::ScaledTo(const VehicleConfig& vehicle) {
+  WheeledCarParams p;
+  const double length_scale = vehicle.length / p.length;
+  const double width_scale = vehicle.width / p.width;
+  const double s = std::sqrt(length_scale * width_scale);
+  const double mass_scale = s * s * s;
+  p.length = vehicle.length;
+  p.width = vehicle.width;
+  p.track *= width_scale;
+  p.caster_x *= length_scale;
+  for (double* length : {&p.height, &p.chassis_height, &p.wheel_radius, &p.caster_radius, &p.caster_clearance,
+                         &p.world.contact_surface_layer, &p.world.max_correcting_velocity}) {
+    *length *= s;
+  }
+  p.chassis_mass *= mass_scale;
+  p.wheel_mass *= mass_scale;
+  p.motor_torque *= mass_scale * s;
+  p.world.cfm /= mass_scale;
+  p.wheel_surface.soft_cfm /= mass_scale;
+  p.wheel_surface.friction = p.friction;
+  p.caster_surface = p.wheel_surface;
+  p.caster_surface.friction = 0;
+  // No motor is endless: half as much again as the fastest command needs, so that disturbances are not cut off.
+  const double top_speed = std::max(std::abs(vehicle.min_speed), std::abs(vehicle.max_speed));
+  p.wheel_speed_limit = 1.5 * (top_speed + 0.5 * p.track * vehicle.max_yaw_rate) / p.wheel_radius;
+  return p;
+}
+
+WheeledCar::WheeledCar(const WheeledCarParams& params, double time_step, double parameter_spread)
+    : params_(params), time_step_(time_step), spread_(parameter_spread), world_(params.world) {
+  const dVector3 size{params_.length, params_.width, params_.height};
+  chassis_ = world_.AddBoxBody(params_.chassis_mass, size);
+  dBodySetPosition(chassis_, 0, 0, params_.chassis_height);
+  AddWheel(0, 0.5 * params_.track);
+  AddWheel(1, -0.5 * params_.track);
+}
+
+void WheeledCar::AddWheel(int wheel, double y) {
+  wheels_[wheel] = world_.AddSphereBody(params_.wheel_mass, params_.wheel_radius);
+  dBodySetPosition(wheels_[wheel], 0, y, params_.wheel_radius);
+  const dJointID hinge = dJointCreateHinge(world_.id(), nullptr);
+  dJointAttach(hinge, wheels_[wheel], chassis_);  // in this order the hinge's rate is the wheel's, forwards positive
+  dJointSetHingeAnchor(hinge, 0, y, params_.wheel_radius);
+  dJointSetHingeAxis(hinge, 0, 1, 0);
+  dJointSetHingeParam(hinge, dParamFMax, params_.motor_torque);
+  hinges_[wheel] = hinge;
+}
+
+void WheeledCar::Reset(double x, double y, double yaw, RandomStream& random) {
+  episode_ = Episode{};
+  if (spread_ > 0) {
+    episode_.mass_factor = random.Uniform(1 - spread_, 1 + spread_);
+    episode_.friction_factor = random.Uniform(1 - spread_, 1 + spread_);
+  }
+  ApplyParameters();
+  SetMotors();
+  PlaceBody(chassis_, x, y, params_.chassis_height, yaw);
+  for (int wheel = 0; wheel < 2; ++wheel) {
+    const double side = (wheel == 0 ? 0.5 : -0.5) * params_.track;
+    PlaceBody(wheels_[wheel], x - side * std::sin(yaw), y + side * std::cos(yaw), params_.wheel_radius, yaw);
+  }
+}
+
+void WheeledCar::ApplyParameters() {
+  if (spread_ == 0) return;
+  dMass mass;
+  dMassSetBoxTotal(&mass, params_.chassis_mass * episode_.mass_factor, params_.length, params_.width, params_.height);
+  dBodySetMass(chassis_, &mass);
+}
+
+void WheeledCar::Command(double speed, double yaw_rate) {
+  const double limit = params_.wheel_speed_limit;
+  for (int wheel = 0; wheel < 2; ++wheel) {
+    const double side = (wheel == 0 ? 0.5 : -0.5) * params_.track;
+    episode_.motor_speed[wheel] = std::clamp((speed - side * yaw_rate) / params_.wheel_radius, -limit, limit);
+  }
+  SetMotors();
+}
+
+void WheeledCar::SetMotors() {
+  for (int wheel = 0; wheel < 2; ++wheel) dJointSetHingeParam(hinges_[wheel], dParamVel, episode_.motor_speed[wheel]);
+}
+
+void WheeledCar::AddContacts() {
+  FloorSurface surface = params_.wheel_surface;
+  surface.friction *= episode_.friction_factor;
+  for (const dBodyID wheel : wheels_) {
+    world_.AddFloorContact(wheel, dBodyGetPosition(wheel), params_.wheel_radius, surface);
+  }
+  const double caster_z = params_.caster_radius + params_.caster_clearance - params_.chassis_height;
+  for (const double caster_x : {params_.caster_x, -params_.caster_x}) {
+    dVector3 center;
+    dBodyGetRelPointPos(chassis_, caster_x, 0, caster_z, center);
+    world_.AddFloorContact(chassis_, center, params_.caster_radius, params_.caster_surface);
+  }
+}
+
+void WheeledCar::Step() {
+  AddContacts();
+  world_.Step(time_step_);
+}
+
+GroundState WheeledCar::state() const {
+  const dReal* position = dBodyGetPosition(chassis_);
+  const dReal* rotation = dBodyGetRotation(chassis_);  // 3 × 4, row-major; first column is body x in W
+  const dReal* v = dBodyGetLinearVel(chassis_);
+  const dReal* w = dBodyGetAngularVel(chassis_);
+  GroundState state{position[0], position[1], BodyYaw(chassis_), 0, 0};
+  state.speed = v[0] * rotation[0] + v[1] * rotation[4] + v[2] * rotation[8];
+  state.yaw_rate = w[0] * rotation[2] + w[1] * rotation[6] + w[2] * rotation[10];
+  return state;
+}
+
+std::string WheeledCar::Save() const {
+  BlobWriter blob;
+  blob.Put(episode_);
+  WriteBody(chassis_, blob);
+  for (const dBodyID wheel : wheels_) WriteBody(wheel, blob);
+  return blob.Take();
+}
+
+void WheeledCar::Load(const std::string& bytes) {
+  BlobReader blob(bytes);
+  blob.Get(episode_);
+  ReadBody(chassis_, blob);
+  for (const dBodyID wheel : wheels_) ReadBody(wheel, blob);
+  blob.Finish();
+  ApplyParameters();
+  SetMotors();
+}
+
+}  // namespace cairn::actors

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <array>
+
+#include "actors/sim/ode_world.h"
+#include "actors/vehicles/vehicle.h"
+
+namespace cairn::actors {
+
+/// Physical constants of the wheeled car. `ScaledTo` starts from the paper's 70 × 50 mm car, whose numbers were tried
+/// out one by one, and keeps its proportions: lengths scale with s = √(length/70 mm · width/50 mm), masses with s³,
+/// the motors' torque with s⁴ (so that acceleration stays), the softness of contacts with 1/mass.
+struct WheeledCarParams {
+  double length = 0.070, width = 0.050, height = 0.020;  ///< chassis box [m]
+  double chassis_mass = 0.15;                            ///< [kg]
+  double chassis_height = 0.0165;                        ///< centre of the chassis above the floor [m]
+  double wheel_radius = 0.0125;                          ///< sphere wheels, axle under the chassis's centre [m]
+  double wheel_mass = 0.01;                              ///< each [kg]
+  double track = 0.046;                                  ///< between the wheels' centres [m]
+  double caster_radius = 0.006;                          ///< frictionless spheres fixed to the chassis [m]
+  double caster_x = 0.025;                               ///< before and behind the centre [m]
+  double caster_clearance = 0.0003;                      ///< above the floor when the chassis is level [m]
+  double motor_torque = 0.012;                           ///< limit of each wheel's motor [N m]
+  double friction = 1.0;                                 ///< μ between wheel and floor
+  double wheel_speed_limit = 0;                          ///< of the motors [rad/s]
+  OdeWorldParams world;
+  FloorSurface wheel_surface;
+  FloorSurface caster_surface;
+
+  static WheeledCarParams ScaledTo(const VehicleConfig& vehicle);
+};
+
+/// Differential drive in ODE: chassis, two sphere wheels on hinges with velocity motors, two casters.
+class WheeledCar final : public Vehicle {
+ public:
+  /// `time_step` [s] is that of physics, `parameter_spread` relative, of mass and friction.
+  WheeledCar(const WheeledCarParams& params, double time_step, double parameter_spread);
+
+  void Reset(double x, double y, double yaw, RandomStream& random) override;
+  void Command(double speed, double yaw_rate) override;
+  void Step() override;
+  GroundState state() const override;
+  std::string Save() const override;
+  void Load(const std::string& blob) override;
+
+  const WheeledCarParams& params() const { return params_; }
+  /// Height of the chassis's centre above the floor [m].
+  double chassis_height() const { return dBodyGetPosition(chassis_)[2]; }
+  /// Spin of the left (0) or right (1) wheel about its axle [rad/s], positive forwards.
+  double wheel_speed(int wheel) const { return dJointGetHingeAngleRate(hinges_[wheel]); }
+
+ private:
+  void AddWheel(int wheel, double y);
+  void ApplyParameters();
+  void SetMotors();
+  void AddContacts();
+
+  WheeledCarParams params_;
+  double time_step_;
+  double spread_;
+  OdeWorld world_;
+  dBodyID chassis_;
+  std::array<dBodyID, 2> wheels_;
+  std::array<dJointID, 2> hinges_;
+  // What one episode has of its own; all of it is in Save.
+  struct Episode {
+    double mass_factor = 1;
+    double friction_factor = 1;
+    std::array<double, 2> motor_speed{};  ///< commanded [rad/s]
+  } episode_;
+};
+
+}  // namespace cairn::actors
