@@ -1,7 +1,7 @@
 #include <unistd.h>
 
 #include "actors/actor.h"
-#include "common/bus/process.h"
+#include "common/process/process.h"
 
 int main(int argc, char** argv) {
   return cairn::RunProcess(cairn::ProcessKind::kActor, argc, argv, [](cairn::Process& process) {
