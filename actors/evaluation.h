@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "actors/controllers/controller.h"
+#include "actors/environment.h"
+#include "common/rl/summary.h"
+
+namespace cairn::actors {
+
+/// Way of one episode: (x, y) of the vehicle's centre [m] at its start and after each control step.
+using Trajectory = std::vector<std::array<float, 2>>;
+
+struct EvaluationOptions {
+  int evaluation = 0;          ///< number of the check: its disturbances differ from those of other checks
+  int64_t policy_version = 0;  ///< copied into the results
+  int max_batch = 32;          ///< episodes that run at the same time
+  bool record = false;         ///< keep trajectories
+};
+
+/// Rolls out a list of evaluation starts as one batch; as soon as an episode ends the next start takes its place. The
+/// results do not depend on the batch, since everything random is keyed by start. One thread; stepwise, so that a
+/// process can see to its messages in between.
+class EvaluationBatch {
+ public:
+  /// `scene` must have a table and keep it until the batch is done.
+  EvaluationBatch(std::shared_ptr<const Scene> scene, StartSet set, std::vector<int> starts,
+                  const EvaluationOptions& options = {});
+
+  bool done() const { return active_.empty(); }
+
+  /// One control step of every running episode.
+  void Step(Controller& controller);
+
+  /// In the order of `starts`; complete when done.
+  const std::vector<EpisodeResult>& results() const { return results_; }
+  /// In the order of `starts`; empty ones unless recorded.
+  const std::vector<Trajectory>& trajectories() const { return trajectories_; }
+
+ private:
+  struct Slot {
+    std::unique_ptr<Environment> environment;
+    size_t start;  // index into starts_
+  };
+  bool Begin(Slot& slot);
+  void Record(const Slot& slot);
+  void Finish(const Slot& slot);
+
+  StartSet set_;
+  std::vector<int> starts_;
+  EvaluationOptions options_;
+  size_t next_ = 0;
+  std::vector<Slot> active_;
+  std::vector<const Environment*> environments_;
+  std::vector<float> actions_;
+  std::vector<EpisodeResult> results_;
+  std::vector<Trajectory> trajectories_;
+};
+
+/// Rolls out starts `starts` of `set` to their ends; `trajectories`, when not null, receives one per start.
+std::vector<EpisodeResult> RunEpisodes(std::shared_ptr<const Scene> scene, StartSet set, std::vector<int> starts,
+                                       Controller& controller, EvaluationOptions options = {},
+                                       std::vector<Trajectory>* trajectories = nullptr);
+
+/// 0, 1, …, n − 1: all of a set of n starts.
+std::vector<int> AllStarts(int n);
+
+}  // namespace cairn::actors
