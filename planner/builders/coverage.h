@@ -1,0 +1,29 @@
+#pragma once
+
+#include <vector>
+
+#include "planner/builders/point_tree.h"
+#include "planner/collision/free_space.h"
+
+namespace cairn::planner {
+
+/// Share of free space within r_ball of a vertex, estimated on fixed samples that the builder never sees.
+class Coverage {
+ public:
+  /// Draws `samples` points of free space, from which the goal can be reached. Throws Error when there are none.
+  Coverage(const FreeSpace& space, double r_ball, int samples, uint64_t seed);
+
+  /// Counts what a new vertex covers.
+  void AddVertex(const Vector3d& p);
+
+  double share() const { return static_cast<double>(num_covered_) / points_.size(); }
+
+ private:
+  double r_ball_;
+  PointTree points_;
+  std::vector<char> covered_;
+  std::vector<int32_t> found_;  // scratch
+  int num_covered_ = 0;
+};
+
+}  // namespace cairn::planner

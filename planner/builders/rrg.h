@@ -1,0 +1,60 @@
+#pragma once
+
+#include <ompl/base/Planner.h>
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "common/roadmap/roadmap.h"
+#include "planner/builders/point_tree.h"
+
+namespace cairn::planner {
+
+/// Rapidly-exploring random graph (Karaman and Frazzoli 2011; the paper's "RRG with Dijkstra Distance Calculation",
+/// lines 1–19) in R² or R³. The problem's start states become the first vertices; `solve` grows the graph until its
+/// termination condition says stop, then reports a path when a vertex satisfies the problem's goal. Cairn roots it in
+/// the world's goal region, so that every vertex reaches the goal. One thread.
+class Rrg : public ompl::base::Planner {
+ public:
+  explicit Rrg(const ompl::base::SpaceInformationPtr& information);
+
+  /// Steering step and radius of Near [m], > 0. A constant radius: RRG's shrinking ball is min(γ (log n / n)^(1/d), η),
+  /// which is η at the densities that min_spacing allows.
+  void SetEta(double eta) { eta_ = eta; }
+  /// A new vertex nearer than this [m] to an existing one is not added (0: all are).
+  void SetMinSpacing(double min_spacing) { min_spacing_ = min_spacing; }
+  /// Called with the position of each vertex as it joins.
+  void SetVertexObserver(std::function<void(const Vector3d&)> observer) { observer_ = std::move(observer); }
+
+  void setup() override;
+  void clear() override;
+  ompl::base::PlannerStatus solve(const ompl::base::PlannerTerminationCondition& stop) override;
+  void getPlannerData(ompl::base::PlannerData& data) const override;
+
+  /// The graph so far; neighbours ascending.
+  Roadmap roadmap() const;
+
+  /// Samples drawn so far.
+  int64_t num_samples() const { return num_samples_; }
+
+ private:
+  void Grow(ompl::base::State* sample);
+  bool MotionFree(const Vector3d& a, const Vector3d& b) const;
+  void AddVertex(const Vector3d& p, int nearest);
+  Vector3d Steer(const Vector3d& from, const Vector3d& to) const;
+  bool ReportPath();
+
+  int dimension_;
+  double eta_ = 0;
+  double min_spacing_ = 0;
+  std::function<void(const Vector3d&)> observer_;
+  ompl::base::ValidStateSamplerPtr sampler_;
+  PointTree vertices_;
+  std::vector<int32_t> roots_;
+  std::vector<std::vector<int32_t>> neighbors_;  // per vertex, both ways
+  std::vector<int32_t> near_;                    // scratch
+  int64_t num_samples_ = 0;
+};
+
+}  // namespace cairn::planner

@@ -1,0 +1,205 @@
+// World, roadmap and planner on the paper's car maze with the recipe's settings.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "common/config/experiment.h"
+#include "common/core/random.h"
+#include "common/roadmap/roadmap_lookup.h"
+#include "common/world/distance_field.h"
+#include "common/world/obstacle_grid.h"
+#include "common/world/reachability.h"
+#include "planner/collision/swept_sphere_checker.h"
+#include "planner/planner.h"
+
+namespace cairn {
+namespace {
+
+constexpr double kInscribed = 0.025;  // of the paper's car [m]
+constexpr size_t kQueries = 4096;     // a power of two
+
+struct Maze {
+  World world = MakeWorld(WorldConfig{});
+  DistanceField field{world, WorldConfig{}.field_resolution};
+  std::vector<Vector3d> points;  // uniform, at least 0.03 m from walls
+
+  Maze() {
+    RandomStream random(1, RandomPurpose::kTest);
+    while (points.size() < kQueries) {
+      const double side = world.bounds.max.x();
+      const Vector3d p(random.Uniform(0, side), random.Uniform(0, side), 0);
+      if (field.Distance(p) >= 0.03) points.push_back(p);
+    }
+  }
+};
+
+const Maze& SharedMaze() {
+  static const Maze maze;
+  return maze;
+}
+
+PlannerConfig Config(int spacing_mm) {
+  PlannerConfig config;
+  config.min_spacing = 0.001 * spacing_mm;
+  return config;
+}
+
+RoadmapLookup MakeLookup(int spacing_mm) {
+  const Maze& maze = SharedMaze();
+  const planner::BuiltRoadmap built = planner::BuildRoadmap(maze.world, maze.field, Config(spacing_mm), kInscribed);
+  return RoadmapLookup(2, built.roadmap.positions,
+                       planner::ComputeCostTable(built.roadmap, maze.world, maze.world.goal), 0.05);
+}
+
+void WorldField(benchmark::State& state) {
+  const World world = MakeWorld(WorldConfig{});
+  for (auto _ : state) benchmark::DoNotOptimize(DistanceField(world, 0.001 * state.range(0)));
+}
+BENCHMARK(WorldField)->Name("world/field_build/resolution_mm")->Arg(5)->Arg(2)->Unit(benchmark::kMillisecond);
+
+void FieldQuery(benchmark::State& state) {
+  const Maze& maze = SharedMaze();
+  size_t i = 0;
+  for (auto _ : state) benchmark::DoNotOptimize(maze.field.Distance(maze.points[i++ % kQueries]));
+}
+BENCHMARK(FieldQuery)->Name("world/field_query");
+
+void Scan(benchmark::State& state) {
+  const Maze& maze = SharedMaze();
+  const ObstacleGrid grid(maze.world, 0.044);
+  const auto beams = static_cast<int>(state.range(0));
+  std::vector<std::pair<double, double>> directions;
+  for (int k = 0; k < beams; ++k) {
+    const double angle = 2 * std::numbers::pi * (k + 0.3) / beams;
+    directions.emplace_back(std::cos(angle), std::sin(angle));
+  }
+  size_t i = 0;
+  for (auto _ : state) {
+    const Vector3d& p = maze.points[i++ % kQueries];
+    double sum = 0;
+    for (const auto& [x, y] : directions) sum += grid.CastRay(p.x(), p.y(), x, y, 0.4);
+    benchmark::DoNotOptimize(sum);
+  }
+}
+BENCHMARK(Scan)->Name("world/scan/beams")->Arg(16);
+
+void Overlap(benchmark::State& state) {
+  const Maze& maze = SharedMaze();
+  const ObstacleGrid grid(maze.world, 0.044);
+  const Footprint car{0.035, 0.025};
+  size_t i = 0;
+  for (auto _ : state) {
+    const Vector3d& p = maze.points[i++ % kQueries];
+    benchmark::DoNotOptimize(grid.Overlaps(p.x(), p.y(), 0.01 * static_cast<double>(i % 628), car));
+  }
+}
+BENCHMARK(Overlap)->Name("world/footprint_overlap");
+
+void Reach(benchmark::State& state) {
+  const Maze& maze = SharedMaze();
+  for (auto _ : state) benchmark::DoNotOptimize(Reachability(maze.world, maze.field, 0.03));
+}
+BENCHMARK(Reach)->Name("world/reachability")->Unit(benchmark::kMillisecond);
+
+// Capsules of the roadmap's edges; argument 1: with the field's early answers.
+void CapsuleCheck(benchmark::State& state) {
+  const Maze& maze = SharedMaze();
+  const planner::SweptSphereChecker checker(maze.world, 0.03, state.range(0) ? &maze.field : nullptr);
+  RandomStream random(2, RandomPurpose::kTest);
+  std::vector<Vector3d> ends;
+  for (const Vector3d& p : maze.points) {
+    const double angle = random.Uniform(0, 2 * std::numbers::pi), length = random.Uniform(0.05, 0.1);
+    ends.push_back(p + length * Vector3d(std::cos(angle), std::sin(angle), 0));
+  }
+  size_t i = 0, free = 0;
+  for (auto _ : state) {
+    free += checker.MotionFree(maze.points[i % kQueries], ends[i % kQueries]);
+    ++i;
+  }
+  state.counters["share_free"] = static_cast<double>(free) / static_cast<double>(i);
+}
+BENCHMARK(CapsuleCheck)->Name("planner/capsule_check/field")->Arg(0)->Arg(1);
+
+void RoadmapBuild(benchmark::State& state) {
+  const Maze& maze = SharedMaze();
+  planner::BuildInfo info;
+  for (auto _ : state) {
+    info = planner::BuildRoadmap(maze.world, maze.field, Config(static_cast<int>(state.range(0))), kInscribed).info;
+  }
+  state.counters["V"] = info.vertices;
+  state.counters["E"] = info.edges;
+  state.counters["samples"] = info.samples;
+  state.counters["coverage"] = info.coverage;
+}
+BENCHMARK(RoadmapBuild)
+    ->Name("planner/roadmap_build/spacing_mm")
+    ->Arg(50)
+    ->Arg(25)
+    ->Arg(10)
+    ->Unit(benchmark::kMillisecond);
+
+void Table(benchmark::State& state) {
+  const Maze& maze = SharedMaze();
+  const planner::BuiltRoadmap built =
+      planner::BuildRoadmap(maze.world, maze.field, Config(static_cast<int>(state.range(0))), kInscribed);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(planner::ComputeCostTable(built.roadmap, maze.world, maze.world.goal));
+  }
+  state.counters["V"] = built.info.vertices;
+  state.counters["E"] = built.info.edges;
+}
+BENCHMARK(Table)->Name("planner/cost_table/spacing_mm")->Arg(50)->Arg(10)->Unit(benchmark::kMillisecond);
+
+void CostToGo(benchmark::State& state) {
+  const RoadmapLookup lookup = MakeLookup(static_cast<int>(state.range(0)));
+  const Maze& maze = SharedMaze();
+  size_t i = 0;
+  for (auto _ : state) benchmark::DoNotOptimize(lookup.CostToGo(maze.points[i++ % kQueries]));
+  state.counters["V"] = lookup.num_vertices();
+}
+BENCHMARK(CostToGo)->Name("roadmap/cost_to_go/spacing_mm")->Arg(50)->Arg(10);
+
+// The yardstick of the above: all vertices, float arithmetic, vectorised by the compiler.
+void CostToGoBruteForce(benchmark::State& state) {
+  const RoadmapLookup lookup = MakeLookup(static_cast<int>(state.range(0)));
+  const Maze& maze = SharedMaze();
+  std::vector<float> x, y;
+  for (int v = 0; v < lookup.num_vertices(); ++v) {
+    x.push_back(static_cast<float>(lookup.position(v).x()));
+    y.push_back(static_cast<float>(lookup.position(v).y()));
+  }
+  const std::vector<float>& cost = lookup.table().cost;
+  size_t i = 0;
+  for (auto _ : state) {
+    const auto px = static_cast<float>(maze.points[i % kQueries].x());
+    const auto py = static_cast<float>(maze.points[i % kQueries].y());
+    ++i;
+    float best = kUnreachable;
+    for (size_t v = 0; v < x.size(); ++v) {
+      const float dx = x[v] - px, dy = y[v] - py;
+      const float here = dx * dx + dy * dy <= 0.0025f ? cost[v] : kUnreachable;
+      best = here < best ? here : best;
+    }
+    benchmark::DoNotOptimize(best);
+  }
+}
+BENCHMARK(CostToGoBruteForce)->Name("roadmap/cost_to_go_brute_force/spacing_mm")->Arg(50)->Arg(10);
+
+void LookAhead(benchmark::State& state) {
+  const RoadmapLookup lookup = MakeLookup(50);
+  const Maze& maze = SharedMaze();
+  size_t i = 0;
+  for (auto _ : state) {
+    const Vector3d& p = maze.points[i++ % kQueries];
+    const int entry = lookup.EntryVertex(p, maze.field, 0.015);
+    benchmark::DoNotOptimize(lookup.PointAlong(p, entry, 0.12));
+    benchmark::DoNotOptimize(lookup.PointAlong(p, entry, 0.30));
+  }
+}
+BENCHMARK(LookAhead)->Name("roadmap/look_ahead_two_points");
+
+}  // namespace
+}  // namespace cairn
