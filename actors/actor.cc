@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "actors/controllers/policy_controller.h"
 #include "actors/evaluation.h"
 #include "actors/experience_batcher.h"
 #include "common/bus/frame.h"
@@ -122,7 +123,6 @@ bool Actor::Join(TimePoint now) {
 
 bool Actor::ReceiveTable() {
   if (auto tables = tables_.Take()) {
-    table_hash_ = tables->table.Hash();
     scene_->SetTable(std::make_shared<RoadmapLookup>(tables->positions.dimension,
                                                      std::move(tables->positions.positions), std::move(tables->table),
                                                      experiment_.planner.r_ball()));
@@ -152,28 +152,28 @@ bool Actor::UsePolicy(int64_t version) {
   return true;
 }
 
-RolloutContext Actor::Context() const {
-  return {const_cast<Policy*>(&policy_), control_->warm_up, control_->incarnation, policy_in_use_,
-          control_->table_hash};
+RolloutContext Actor::Context() {
+  return {&policy_, control_->warm_up, control_->incarnation, policy_in_use_, control_->table_hash};
 }
 
 bool Actor::RollRound() {
   if (control_->round <= round_done_ || !UsePolicy(control_->policy_version)) return false;
   const RolloutContext context = Context();
   const bool resumed = control_->round == welcome_->round;
-  std::vector<int> steps(static_cast<size_t>(rollout_.num_vehicles()));
-  for (size_t i = 0; i < steps.size(); ++i) {
-    const int extra = rollout_.vehicle(static_cast<int>(i)) < control_->round_extra ? 1 : 0;
-    steps[i] = control_->round_steps + extra - (resumed ? round_steps_done_[i] : 0);
+  std::vector<int64_t> target(static_cast<size_t>(rollout_.num_vehicles()));
+  for (size_t i = 0; i < target.size(); ++i) {
+    const int index = static_cast<int>(i);
+    const int extra = rollout_.vehicle(index) < control_->round_extra ? 1 : 0;
+    target[i] = rollout_.transitions(index) + control_->round_steps + extra - (resumed ? round_steps_done_[i] : 0);
   }
   std::vector<int> active;
-  for (int step = 0; step == 0 || !active.empty(); ++step) {
+  do {
     active.clear();
-    for (size_t i = 0; i < steps.size(); ++i) {
-      if (steps[i] > step) active.push_back(static_cast<int>(i));
+    for (int i = 0; i < rollout_.num_vehicles(); ++i) {
+      if (rollout_.transitions(i) < target[static_cast<size_t>(i)]) active.push_back(i);
     }
     if (!active.empty()) rollout_.Step(active, context);
-  }
+  } while (!active.empty());
   round_done_ = control_->round;
   SendExperience();
   return true;
@@ -202,8 +202,9 @@ bool Actor::RollCredit() {
     next_vehicle_ = (next_vehicle_ + 1) % n;
   }
   std::sort(indices.begin(), indices.end());
+  const int64_t before = rollout_.env_steps();
   rollout_.Step(indices, Context());
-  credit_used_ += static_cast<int64_t>(count);
+  credit_used_ += rollout_.env_steps() - before;
   return true;
 }
 
@@ -216,17 +217,30 @@ bool Actor::Evaluate() {
   std::vector<int> starts(static_cast<size_t>(me->evaluation_count));
   std::iota(starts.begin(), starts.end(), me->evaluation_first);
   if (!starts.empty()) {
-    PolicyController controller(&policy_);
-    evaluation_results_ = RunEpisodes(scene_, control_->evaluation_set, starts, &controller);
-    for (EpisodeResult& result : evaluation_results_) {
-      result.episode = static_cast<int32_t>(control_->evaluation_id);
-      result.policy_version = control_->evaluation_version;
-      eval_steps_ += result.steps;
-    }
+    evaluation_results_ = RunEvaluation(std::move(starts));
   }
   evaluation_done_ = control_->evaluation_id;
   SendExperience();
   return true;
+}
+
+// The disturbances are keyed by the policy's version: ids of evaluations depend on timing, versions do not.
+std::vector<EpisodeResult> Actor::RunEvaluation(std::vector<int> starts) {
+  EvaluationOptions options;
+  options.evaluation = static_cast<int>(control_->evaluation_version & 0x7FFFFFFF);
+  options.policy_version = control_->evaluation_version;
+  EvaluationBatch batch(scene_, control_->evaluation_set, std::move(starts), options);
+  PolicyController controller(policy_, options.max_batch);
+  while (!batch.done()) {
+    batch.Step(controller);
+    SendStatus(Clock::now(), kIdleStatus);
+  }
+  std::vector<EpisodeResult> results = batch.results();
+  for (EpisodeResult& result : results) {
+    result.episode = static_cast<int32_t>(control_->evaluation_id);
+    eval_steps_ += result.steps;
+  }
+  return results;
 }
 
 // --- what goes out ---------------------------------------------------------------------------------------------------

@@ -51,7 +51,8 @@ class Actor {
 
   /// Sets the policy to a version; asks for it and returns false when it is not here yet.
   bool UsePolicy(int64_t version);
-  RolloutContext Context() const;
+  RolloutContext Context();
+  std::vector<EpisodeResult> RunEvaluation(std::vector<int> starts);
   const Control::Actor* Myself() const;
   bool finished() const { return control_ && control_->phase == Control::Phase::kFinished; }
   bool running() const { return control_ && control_->phase == Control::Phase::kRunning && has_table_; }
@@ -72,7 +73,6 @@ class Actor {
   std::optional<Welcome> welcome_;
   std::string refusal_;
   bool has_table_ = false;
-  uint64_t table_hash_ = 0;
   int64_t assignment_done_ = -1;
   std::vector<int32_t> round_steps_done_;  // of welcome_->round, by index of my vehicles
   int64_t round_done_ = 0;

@@ -87,8 +87,8 @@ class Packer {
 std::vector<Experience> PackExperience(std::vector<Segment> segments, const std::vector<EpisodeResult>& episodes,
                                        int observation_size, int action_size, int max_bytes) {
   Packer packer(observation_size, action_size, max_bytes);
-  for (Segment& segment : segments) packer.Add(std::move(segment));
   for (const EpisodeResult& episode : episodes) packer.Add(episode);
+  for (Segment& segment : segments) packer.Add(std::move(segment));
   return packer.Take();
 }
 

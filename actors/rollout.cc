@@ -80,16 +80,23 @@ void Rollout::Advance(VehicleState* vehicle, const float* action, const RolloutC
   }
   CAIRN_DCHECK(segment.policy_version == context.policy_version && segment.table_hash == context.table_hash);
   const StepResult result = vehicle->environment->Step(action);
+  if (vehicle->environment->episode().outcome == Outcome::kDiverged) {
+    return EndEpisode(vehicle, SegmentEnd::kTruncated, context.policy_version);
+  }
   vehicle->environment->Observe(vehicle->observation.data());
   segment.observations.insert(segment.observations.end(), vehicle->observation.begin(), vehicle->observation.end());
   segment.actions.insert(segment.actions.end(), action, action + kActionSize);
   segment.rewards.push_back(result.reward);
   ++vehicle->step;
+  ++vehicle->transitions;
   ++env_steps_;
-  if (result.end == SegmentEnd::kNone) return;
-  CloseSegment(vehicle, result.end);
+  if (result.end != SegmentEnd::kNone) EndEpisode(vehicle, result.end, context.policy_version);
+}
+
+void Rollout::EndEpisode(VehicleState* vehicle, SegmentEnd end, int64_t policy_version) {
+  CloseSegment(vehicle, end);
   EpisodeResult episode = vehicle->environment->episode();
-  episode.policy_version = context.policy_version;
+  episode.policy_version = policy_version;
   episodes_.push_back(episode);
   ++num_episodes_;
   ++vehicle->episode;

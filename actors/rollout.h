@@ -36,12 +36,16 @@ class Rollout {
   int num_vehicles() const { return static_cast<int>(vehicles_.size()); }
   int32_t vehicle(int index) const { return vehicles_[static_cast<size_t>(index)].id; }
 
-  /// One control step of the vehicles with these indices, in one policy batch. `indices` is ascending.
+  /// One control step of the vehicles with these indices, in one policy batch. `indices` is ascending. A step that
+  /// diverges (non-finite state) ends its episode and makes no transition; see transitions().
   void Step(const std::vector<int>& indices, const RolloutContext& context);
 
   /// Closes the open segments (their episodes go on in new ones) and returns everything collected since the last call.
   std::vector<Segment> TakeSegments();
   std::vector<EpisodeResult> TakeEpisodes();
+
+  /// Transitions made so far by the vehicle with this index.
+  int64_t transitions(int index) const { return vehicles_[static_cast<size_t>(index)].transitions; }
 
   int64_t env_steps() const { return env_steps_; }
   int64_t num_episodes() const { return num_episodes_; }
@@ -53,6 +57,7 @@ class Rollout {
     int32_t id = 0;
     int32_t episode = 0;
     int32_t step = 0;  ///< of the episode
+    int64_t transitions = 0;
     std::unique_ptr<Environment> environment;
     RandomStream exploration{0, RandomPurpose::kExploration};
     std::vector<float> observation;  ///< current
@@ -61,6 +66,7 @@ class Rollout {
   void StartEpisode(VehicleState* vehicle);
   void Act(const std::vector<int>& indices, const RolloutContext& context);
   void Advance(VehicleState* vehicle, const float* action, const RolloutContext& context);
+  void EndEpisode(VehicleState* vehicle, SegmentEnd end, int64_t policy_version);
   void CloseSegment(VehicleState* vehicle, SegmentEnd end);
 
   std::shared_ptr<const Scene> scene_;

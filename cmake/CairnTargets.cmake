@@ -27,7 +27,7 @@ endfunction()
 function(cairn_add_binary name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
-  target_link_libraries(${name} PRIVATE cairn_options ${ARG_LIBS})
+  target_link_libraries(${name} PRIVATE cairn_options cairn_cpu_check ${ARG_LIBS})
   install(TARGETS ${name} RUNTIME DESTINATION bin)
 endfunction()
 

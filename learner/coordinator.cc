@@ -71,6 +71,11 @@ void Coordinator::Stop() {
   changed_.notify_all();
 }
 
+bool Coordinator::stopped() const {
+  const std::lock_guard lock(mutex_);
+  return stopped_;
+}
+
 bool Coordinator::WaitForFleet() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [this] { return stopped_ || (fleet_.complete() && control_.table_hash != 0); });
@@ -142,8 +147,8 @@ void Coordinator::OnExperience(const Experience& experience) {
     case ReliableReceiver::Verdict::kNew:
       break;
   }
+  AcceptEpisodes(*actor, experience);
   AcceptSegments(actor, experience);
-  AcceptEpisodes(experience);
   if (control_.lockstep) UpdateRoundProgress();
   changed_.notify_all();
 }
@@ -195,9 +200,10 @@ void Coordinator::UpdateRoundProgress() {
   round_steps_missing_ = missing;
 }
 
-void Coordinator::AcceptEpisodes(const Experience& experience) {
+void Coordinator::AcceptEpisodes(const ActorRecord& actor, const Experience& experience) {
   for (const EpisodeResult& result : experience.episodes) {
     if (result.set == StartSet::kTraining) {
+      if (result.outcome == Outcome::kDiverged) fleet_.CloseDiverged(actor, result);
       episodes_.push_back(result);
     } else {
       AcceptEvaluation(result);

@@ -66,6 +66,8 @@ class Coordinator {
   /// Ends waiting functions; they return false or nothing.
   void Stop();
 
+  bool stopped() const;
+
   /// Announces the end of the run to the actors (several times) and stops the thread.
   void Finish();
 
@@ -112,7 +114,7 @@ class Coordinator {
   void OnExperience(const Experience& experience);
   // The functions below expect mutex_ to be held.
   void AcceptSegments(ActorRecord* actor, const Experience& experience);
-  void AcceptEpisodes(const Experience& experience);
+  void AcceptEpisodes(const ActorRecord& actor, const Experience& experience);
   void AcceptEvaluation(const EpisodeResult& result);
   bool SoundForRound(const Segment& segment) const;
   void UpdateRoundProgress();

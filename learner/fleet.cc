@@ -121,7 +121,8 @@ Fleet::Verdict Fleet::Accept(const ActorRecord& actor, const Segment& segment) {
   if (segment.episode == vehicle.episode) {
     if (segment.first_step < vehicle.next_step) return Verdict::kDuplicate;
     if (!vehicle.open || segment.first_step > vehicle.next_step) return Verdict::kGap;
-  } else if (vehicle.open || segment.episode != vehicle.next_episode || segment.first_step != 0) {
+  } else if ((vehicle.open && vehicle.diverged != vehicle.episode) || segment.episode != vehicle.next_episode ||
+             segment.first_step != 0) {
     return Verdict::kGap;
   }
   if (!AllFinite(segment.observations) || !AllFinite(segment.actions) || !AllFinite(segment.rewards)) {
@@ -133,6 +134,12 @@ Fleet::Verdict Fleet::Accept(const ActorRecord& actor, const Segment& segment) {
   vehicle.open = segment.end == SegmentEnd::kNone || segment.end == SegmentEnd::kCut;
   vehicle.round_steps += segment.num_steps();
   return Verdict::kAccepted;
+}
+
+void Fleet::CloseDiverged(const ActorRecord& actor, const EpisodeResult& episode) {
+  if (episode.vehicle < 0 || episode.vehicle >= static_cast<int32_t>(vehicles_.size())) return;
+  VehicleRecord& vehicle = vehicles_[static_cast<size_t>(episode.vehicle)];
+  if (vehicle.owner == actor.actor_id) vehicle.diverged = episode.episode;
 }
 
 std::vector<int64_t> Fleet::Reassign(int32_t actor_id) {

@@ -32,6 +32,7 @@ struct VehicleRecord {
   int32_t episode = -1;      ///< of the newest accepted segment; −1: none
   int32_t next_step = 0;     ///< step that continues it
   bool open = false;         ///< the episode goes on
+  int32_t diverged = -1;     ///< newest episode reported as ended by a non-finite state, which sends no last segment
   int32_t round_steps = 0;   ///< steps accepted of the current round
 };
 
@@ -52,6 +53,9 @@ class Fleet {
   /// numbers; takes it into the books if so.
   enum class Verdict { kAccepted, kForeign, kDuplicate, kGap, kNotFinite };
   Verdict Accept(const ActorRecord& actor, const Segment& segment);
+
+  /// A diverged episode is over though its last segment said that it goes on.
+  void CloseDiverged(const ActorRecord& actor, const EpisodeResult& episode);
 
   /// Gives the vehicles of an actor that is gone for good to the others; returns the sessions whose assignment changed.
   std::vector<int64_t> Reassign(int32_t actor_id);

@@ -43,11 +43,12 @@ dBodyID OdeWorld::AddBoxBody(double mass, const dVector3 size) {
   return body;
 }
 
-void OdeWorld::AddFloorContact(dBodyID body, const dReal* center, double radius, const FloorSurface& surface) {
+void OdeWorld::AddFloorContact(dBodyID body, const dReal* center, double radius, const FloorSurface& surface,
+                               double along_x, double along_y) {
   const double depth = radius - center[2];
   if (!(depth >= 0)) return;
   dContact contact{};
-  contact.surface.mode = dContactSoftERP | dContactSoftCFM | dContactApprox1;
+  contact.surface.mode = dContactSoftERP | dContactSoftCFM | dContactApprox1 | dContactFDir1;
   contact.surface.mu = surface.friction;
   contact.surface.soft_erp = surface.soft_erp;
   contact.surface.soft_cfm = surface.soft_cfm;
@@ -56,6 +57,8 @@ void OdeWorld::AddFloorContact(dBodyID body, const dReal* center, double radius,
   contact.geom.pos[2] = center[2] - radius;
   contact.geom.normal[2] = 1;
   contact.geom.depth = depth;
+  contact.fdir1[0] = along_x;
+  contact.fdir1[1] = along_y;
   dJointAttach(dJointCreateContact(world_, contacts_, &contact), body, nullptr);
 }
 

@@ -88,17 +88,21 @@ void WheeledCar::SetMotors() {
   for (int wheel = 0; wheel < 2; ++wheel) dJointSetHingeParam(hinges_[wheel], dParamVel, episode_.motor_speed[wheel]);
 }
 
+// The friction pyramid turns with the car, so that grip does not depend on the heading in W.
 void WheeledCar::AddContacts() {
+  const dReal* rotation = dBodyGetRotation(chassis_);
+  const double norm = std::hypot(rotation[0], rotation[4]);
+  const double along_x = rotation[0] / norm, along_y = rotation[4] / norm;
   FloorSurface surface = params_.wheel_surface;
   surface.friction *= episode_.friction_factor;
   for (const dBodyID wheel : wheels_) {
-    world_.AddFloorContact(wheel, dBodyGetPosition(wheel), params_.wheel_radius, surface);
+    world_.AddFloorContact(wheel, dBodyGetPosition(wheel), params_.wheel_radius, surface, along_x, along_y);
   }
   const double caster_z = params_.caster_radius + params_.caster_clearance - params_.chassis_height;
   for (const double caster_x : {params_.caster_x, -params_.caster_x}) {
     dVector3 center;
     dBodyGetRelPointPos(chassis_, caster_x, 0, caster_z, center);
-    world_.AddFloorContact(chassis_, center, params_.caster_radius, params_.caster_surface);
+    world_.AddFloorContact(chassis_, center, params_.caster_radius, params_.caster_surface, along_x, along_y);
   }
 }
 

@@ -11,8 +11,9 @@ static_assert(std::endian::native == std::endian::little, "blobs are little-endi
 
 template <typename T>
 void Put(const T* values, size_t count, Bytes* blob) {
-  const auto* bytes = reinterpret_cast<const uint8_t*>(values);
-  blob->insert(blob->end(), bytes, bytes + count * sizeof(T));
+  const size_t at = blob->size();
+  blob->resize(at + count * sizeof(T));
+  if (count > 0) std::memcpy(blob->data() + at, values, count * sizeof(T));
 }
 
 class Reader {

@@ -40,8 +40,6 @@ class Algorithm {
   virtual uint32_t WeightsCrc32c() const = 0;
 };
 
-/// Shape of the policy that an experiment trains.
-PolicyShape MakePolicyShape(const Experiment& experiment);
 
 /// SAC (Haarnoja et al. 2018, automatic temperature) or TD3 (Fujimoto et al. 2018) as the config says; weights and all
 /// random choices come from `seed`.

@@ -1,0 +1,84 @@
+#include "learner/evaluation_schedule.h"
+
+namespace cairn::learner {
+
+EvaluationSchedule::EvaluationSchedule(const EvaluationConfig& config, Coordinator* coordinator,
+                                       std::function<double()> run_seconds,
+                                       std::function<void(const EvaluationReport&, const EvaluationSummary&)> on_report)
+    : config_(config),
+      coordinator_(coordinator),
+      run_seconds_(std::move(run_seconds)),
+      on_report_(std::move(on_report)),
+      next_check_(config.interval_env_steps) {}
+
+void EvaluationSchedule::Ask(StartSet set, int starts, const PolicySnapshot& policy, int64_t tag) {
+  pending_.insert_or_assign(policy.version, policy);
+  coordinator_->Evaluate({policy.version, set, starts, policy.env_steps, tag}, policy.parameters);
+}
+
+void EvaluationSchedule::Visit(int64_t env_steps, int64_t version, std::span<const float> parameters) {
+  Receive(false);
+  if (env_steps < next_check_) return;
+  next_check_ += config_.interval_env_steps * ((env_steps - next_check_) / config_.interval_env_steps + 1);
+  Ask(StartSet::kConsumption, config_.consumption_starts,
+      {version, env_steps, std::vector<float>(parameters.begin(), parameters.end())}, num_checks_++);
+}
+
+void EvaluationSchedule::Receive(bool wait) {
+  for (const EvaluationReport& report : coordinator_->TakeEvaluations(wait)) {
+    const EvaluationSummary summary = Summarise(report.results);
+    if (report.request.set == StartSet::kConsumption) OnConsumption(report, summary);
+    if (report.request.set == StartSet::kValidation) OnValidation(report, summary);
+    if (report.request.set == StartSet::kTest) test_ = summary;
+    on_report_(report, summary);
+  }
+}
+
+void EvaluationSchedule::OnConsumption(const EvaluationReport& report, const EvaluationSummary& summary) {
+  const bool solved = summary.successes == summary.trials;
+  last_solved_ = summary.successes;
+  if (consumption_env_steps_ >= 0) {
+    ++later_checks_;
+    later_solved_ += solved ? 1 : 0;
+  } else if (solved) {
+    consumption_env_steps_ = report.request.env_steps;
+    consumption_wall_s_ = run_seconds_();
+  }
+  const auto policy = pending_.find(report.request.version);
+  if (policy == pending_.end()) return;
+  if (solved && report.request.tag % config_.validation_every == 0) {
+    Ask(StartSet::kValidation, config_.validation_starts, PolicySnapshot(policy->second), report.request.tag);
+  } else {
+    pending_.erase(policy);
+  }
+}
+
+// The later of two equally good policies has seen more; equal success is decided by the time to the goal.
+void EvaluationSchedule::OnValidation(const EvaluationReport& report, const EvaluationSummary& summary) {
+  const auto policy = pending_.find(report.request.version);
+  if (policy == pending_.end()) return;
+  const std::pair<double, double> score{summary.success_rate, -summary.mean_time_to_goal};
+  if (score >= best_score_) {
+    best_score_ = score;
+    best_ = std::move(policy->second);
+  }
+  pending_.erase(policy);
+}
+
+std::optional<EvaluationSummary> EvaluationSchedule::Test(const PolicySnapshot& last) {
+  do {
+    Receive(true);
+  } while (!pending_.empty() && !coordinator_->stopped());
+  if (!coordinator_->stopped() && best_ && best_->version != last.version) {
+    Ask(StartSet::kValidation, config_.validation_starts, last, num_checks_);
+    Receive(true);
+  }
+  if (coordinator_->stopped()) return std::nullopt;
+  const PolicySnapshot& tested = best_ ? *best_ : last;
+  coordinator_->Evaluate({tested.version, StartSet::kTest, config_.test_starts, tested.env_steps, 0},
+                         tested.parameters);
+  Receive(true);
+  return test_;
+}
+
+}  // namespace cairn::learner

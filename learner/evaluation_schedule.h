@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/config/experiment.h"
+#include "common/rl/summary.h"
+#include "learner/coordinator.h"
+
+namespace cairn::learner {
+
+/// A policy as it was at some point of the run.
+struct PolicySnapshot {
+  int64_t version = -1;
+  int64_t env_steps = 0;
+  std::vector<float> parameters;
+};
+
+/// Decides what is evaluated when (DESIGN 17–18): every interval_env_steps the consumption starts; after every
+/// validation_every-th check that solved all of them, the validation starts, which choose the best policy; the test
+/// starts once, at the end. It never influences training, so training does not wait for it.
+class EvaluationSchedule {
+ public:
+  /// `run_seconds` gives the wall time since launch [s]. `on_report` hears of every finished evaluation.
+  EvaluationSchedule(const EvaluationConfig& config, Coordinator* coordinator, std::function<double()> run_seconds,
+                     std::function<void(const EvaluationReport&, const EvaluationSummary&)> on_report);
+
+  /// To be called after each training phase with the policy just published; asks for a check when one is due.
+  void Visit(int64_t env_steps, int64_t version, std::span<const float> parameters);
+
+  /// Takes in finished evaluations; with `wait`, until none is pending.
+  void Receive(bool wait);
+
+  /// Validates the last policy when any policy was validated, then tests the best (or else the last) one; blocks.
+  /// Returns nullopt when the coordinator was stopped.
+  std::optional<EvaluationSummary> Test(const PolicySnapshot& last);
+
+  int64_t consumption_env_steps() const { return consumption_env_steps_; }  ///< −1: not reached
+  double consumption_wall_s() const { return consumption_wall_s_; }
+  /// Share of the checks after the first solved one that were solved as well; 1 when there was none.
+  double stays_solved() const { return later_checks_ == 0 ? 1.0 : static_cast<double>(later_solved_) / later_checks_; }
+  int last_solved() const { return last_solved_; }  ///< consumption starts solved in the newest check; −1: none yet
+  const std::optional<PolicySnapshot>& best() const { return best_; }
+  double best_success() const { return best_score_.first; }
+
+ private:
+  void Ask(StartSet set, int starts, const PolicySnapshot& policy, int64_t tag);
+  void OnConsumption(const EvaluationReport& report, const EvaluationSummary& summary);
+  void OnValidation(const EvaluationReport& report, const EvaluationSummary& summary);
+
+  const EvaluationConfig config_;
+  Coordinator* coordinator_;
+  std::function<double()> run_seconds_;
+  std::function<void(const EvaluationReport&, const EvaluationSummary&)> on_report_;
+  std::map<int64_t, PolicySnapshot> pending_;  // by version
+  int64_t next_check_;
+  int64_t num_checks_ = 0;
+  int64_t consumption_env_steps_ = -1;
+  double consumption_wall_s_ = -1;
+  int later_checks_ = 0;
+  int later_solved_ = 0;
+  int last_solved_ = -1;
+  std::optional<PolicySnapshot> best_;
+  std::pair<double, double> best_score_{-1, 0};  // success rate, minus mean time to goal
+  std::optional<EvaluationSummary> test_;
+};
+
+}  // namespace cairn::learner
