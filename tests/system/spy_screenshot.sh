@@ -1,0 +1,78 @@
+#!/usr/bin/env bash
+# Opens `cairn spy` on a running training under a window system without a screen, opens the learner's telemetry decoded
+# and takes a picture. Fails when lcm-spy does not start, does not find all our types or opens no decoded view.
+#   spy_screenshot.sh BIN_DIR OUTPUT.png
+set -euo pipefail
+
+bin=$(realpath "$1")
+output=$2
+source_dir=$(realpath "$(dirname "$0")/../..")
+work=$(mktemp -d)
+pids=()
+
+# Ends our own processes, newest first, and waits for them.
+finish() {
+  for ((i = ${#pids[@]} - 1; i >= 0; i--)); do
+    kill "${pids[i]}" 2> /dev/null && wait "${pids[i]}" 2> /dev/null || true
+  done
+  rm -rf "$work"
+}
+trap finish EXIT
+
+fail() {
+  echo "spy_screenshot.sh: $1" >&2
+  tail -n 20 "$work"/*.log >&2
+  exit 1
+}
+
+# Waits up to 60 s for a command to succeed.
+await() {
+  local what=$1
+  shift
+  for ((i = 0; i < 300; i++)); do
+    "$@" > /dev/null 2>&1 && return
+    sleep 0.2
+  done
+  fail "waited 60 s for $what"
+}
+
+window() { xdotool search --onlyvisible --name "^$1\$" | head -n 1; }
+has_window() { [[ -n $(window "$1") ]]; }
+
+# Double-clicks down the table of channels until the learner's view opens; rows are 16 pixels high.
+open_learner() {
+  for ((row = 0; row < 5; row++)); do
+    xdotool mousemove --window "$spy_window" 80 $((28 + 16 * row)) click --repeat 2 --delay 60 1
+    for ((i = 0; i < 10; i++)); do
+      has_window CAIRN_LEARNER && return
+      sleep 0.1
+    done
+  done
+  return 1
+}
+
+Xvfb -displayfd 3 -screen 0 800x620x24 -nolisten tcp 3> "$work/display" 2> "$work/xvfb.log" &
+pids+=($!)
+await "Xvfb" test -s "$work/display"
+DISPLAY=:$(< "$work/display")
+export DISPLAY
+
+"$bin/cairn" train "$source_dir/deploy/experiments/car_maze.textproto" --run-dir "$work/run" --actors 1 --quiet \
+  --set total_env_steps=1000000000 > "$work/train.log" 2>&1 &
+pids+=($!)
+await "the run" test -s "$work/run/run.json"
+
+"$bin/cairn" spy "$work/run" --plane telemetry > "$work/spy.log" 2>&1 &
+pids+=($!)
+await "lcm-spy's window" has_window "LCM Spy"
+spy_window=$(window "LCM Spy")
+types=$(find "$source_dir/lcmtypes" -name '*.lcm' | wc -l)
+await "lcm-spy to find our $types types" grep -q "Found $types LCM types" "$work/spy.log"
+
+xdotool windowsize "$spy_window" 800 130
+await "the learner's decoded view" open_learner
+view=$(window CAIRN_LEARNER)
+xdotool windowmove "$view" 0 130 windowsize "$view" 800 490
+sleep 6 # for the curves to show something; nothing is judged by it
+import -window root "$output"
+echo "wrote $output"
