@@ -7,17 +7,18 @@
 namespace cairn::actors {
 namespace {
 
-constexpr double kTolerance = 0.04;  // of the half width: 1 mm for the paper's car
+constexpr double kTolerance = 0.08;  // of the half width: 2 mm for the paper's car
 
 struct Sample {
   Vector3d p;
   double distance;
 };
 
-// The field changes by at most 1 m per metre, so between a and b it stays above (d_a + d_b − |a − b|) / 2.
+// The field changes by at most 1 m per metre, so between a and b it stays above (d_a + d_b − |a − b|) / 2. Stops where
+// less than half the tolerance is to be gained.
 double EdgeClearance(const DistanceField& field, const Sample& a, const Sample& b, double tolerance, double upper) {
   const double length = (b.p - a.p).norm();
-  if (length <= tolerance || 0.5 * (a.distance + b.distance - length) >= upper) return upper;
+  if (0.5 * (a.distance + b.distance - length) >= upper - 0.5 * tolerance) return upper;
   const Vector3d p = 0.5 * (a.p + b.p);
   const Sample middle{p, field.Distance(p)};
   upper = std::min(upper, middle.distance);

@@ -7,9 +7,9 @@
 namespace cairn::actors {
 
 /// The smaller of `upper` [m] and the distance from the footprint at `pose` to obstacles and bounds, never below 0.
-/// Taken from the distance field along the footprint's edges, halved until two samples are `tolerance` = 1 mm ·
-/// (half width / 25 mm) apart or the field's slope of 1 rules out anything below `upper`: its error is that tolerance
-/// plus the field's own. An obstacle wholly inside the footprint is not seen; that is a collision anyway.
+/// Taken from the distance field along the footprint's edges, which are halved until the field's slope of at most 1
+/// leaves less than half of 0.08 · half_width (1 mm for the paper's car) to be found: its error is that plus the
+/// field's own. An obstacle wholly inside the footprint is not seen; that is a collision anyway.
 /// `center_distance` is the field at the pose's centre.
 double FootprintClearance(const DistanceField& field, const Pose& pose, const Footprint& footprint,
                           double center_distance, double upper);

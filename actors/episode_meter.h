@@ -37,6 +37,7 @@ class EpisodeMeter {
   double circumscribed_radius_;
   double time_step_;
   double control_period_;
+  int64_t clearance_stride_;  // physics steps between two looks at the clearance
   // All eight bytes wide: no padding, so that equal states give equal blobs.
   struct Numbers {
     double x = 0, y = 0;

@@ -1,0 +1,258 @@
+// Rates of the actors' side: physics, contact, observation, the full environment step and the batched policy loop.
+//
+// `full_step/*` answers how much of the time goes into anything but physics: it plays the same episodes, action by
+// action, first with physics and contact tests alone and then through Environment, in turns within one run, so that
+// the ratio of the two holds on a busy machine too.
+
+#include <benchmark/benchmark.h>
+
+#include <memory>
+#include <vector>
+
+#include "actors/contact_test.h"
+#include "actors/controllers/policy_controller.h"
+#include "actors/controllers/pure_pursuit.h"
+#include "actors/disturbance.h"
+#include "actors/environment.h"
+#include "actors/episode_streams.h"
+#include "actors/observation.h"
+#include "common/core/clock.h"
+#include "tests/testing/grid_roadmap.h"
+
+namespace cairn::actors {
+namespace {
+
+Experiment MakeExperiment(VehicleConfig::Kind kind) {
+  Experiment experiment;
+  experiment.vehicle.kind = kind;
+  return experiment;
+}
+
+std::shared_ptr<const Scene> MakeScene(const Experiment& experiment, double radius) {
+  auto scene = std::make_shared<Scene>(experiment);
+  scene->SetTable(testing::MakeGridLookup(scene->world(), scene->field(), 0.025, radius, experiment.planner.r_ball()));
+  return scene;
+}
+
+// One training episode as it was driven: enough to drive it again.
+struct Tape {
+  int episode = 0;
+  std::vector<float> actions;  // [steps × kActionSize]
+};
+
+// Episodes driven by pure pursuit with a random action every few steps, so that turns, slips and contacts occur.
+std::vector<Tape> RecordTapes(const std::shared_ptr<const Scene>& scene, int episodes) {
+  const auto referee = MakeScene(scene->experiment(), PurePursuit::Planner(scene->experiment()).radius);
+  PurePursuit controller(referee);
+  RandomStream random(1, RandomPurpose::kTest);
+  Environment environment(scene);
+  const Environment* one[] = {&environment};
+  std::vector<Tape> tapes;
+  for (int episode = 0; episode < episodes; ++episode) {
+    Tape tape{episode, {}};
+    environment.ResetTraining(0, episode);
+    do {
+      float action[kActionSize];
+      controller.Act(one, action);
+      if (random.Uniform() < 0.1) {
+        for (float& a : action) a = static_cast<float>(random.Uniform(-1, 1));
+      }
+      tape.actions.insert(tape.actions.end(), action, action + kActionSize);
+    } while (environment.Step(tape.actions.data() + tape.actions.size() - kActionSize).end == SegmentEnd::kNone);
+    tapes.push_back(std::move(tape));
+  }
+  return tapes;
+}
+
+// The cost that no actor can avoid: physics, and after every physics step contact and goal.
+class PhysicsAndContact {
+ public:
+  explicit PhysicsAndContact(const Scene& scene)
+      : scene_(scene),
+        vehicle_(MakeVehicle(scene.experiment().vehicle, scene.experiment().environment)),
+        contact_(scene),
+        disturbance_(scene.experiment().environment) {}
+
+  // Drives the tape's episode again; returns physics steps.
+  int64_t Play(const Tape& tape) {
+    EpisodeResult name;
+    name.episode = tape.episode;
+    const uint64_t seed = scene_.experiment().seed;
+    RandomStream parameters = EpisodeStream(seed, name, NoiseUse::kParameters);
+    disturbance_.Reset(EpisodeStream(seed, name, NoiseUse::kDisturbance));
+    const Pose start = scene_.TrainingStart(0, tape.episode);
+    vehicle_->Reset(start.x, start.y, start.yaw, parameters);
+    int64_t physics_steps = 0;
+    const VehicleConfig& config = scene_.experiment().vehicle;
+    for (size_t i = 0; i < tape.actions.size(); i += kActionSize) {
+      const double range = config.max_speed - config.min_speed;
+      const DriveCommand command{config.min_speed + 0.5 * (tape.actions[i] + 1) * range,
+                                 tape.actions[i + 1] * config.max_yaw_rate};
+      if (!PlayControlStep(command, physics_steps)) break;
+    }
+    return physics_steps;
+  }
+
+ private:
+  bool PlayControlStep(const DriveCommand& command, int64_t& physics_steps) {
+    const World& world = scene_.world();
+    for (int i = 0; i < scene_.control_physics_steps(); ++i) {
+      if (disturbance_.Advance(physics_steps) || i == 0) {
+        const DriveCommand disturbed = disturbance_.Apply(command);
+        vehicle_->Command(disturbed.speed, disturbed.yaw_rate);
+      }
+      vehicle_->Step();
+      ++physics_steps;
+      const GroundState state = vehicle_->state();
+      if (contact_.Touches(state, contact_.CenterDistance(state))) return false;
+      if (world.Contains(world.goal, Vector3d(state.x, state.y, 0))) return false;
+    }
+    return true;
+  }
+
+  const Scene& scene_;
+  std::unique_ptr<Vehicle> vehicle_;
+  ContactTest contact_;
+  HeldDisturbance disturbance_;
+};
+
+// The same episode through the environment, with an observation for every action; returns control steps.
+int64_t PlayFull(Environment& environment, const Tape& tape, std::vector<float>& observation) {
+  environment.ResetTraining(0, tape.episode);
+  environment.Observe(observation.data());
+  for (size_t i = 0; i < tape.actions.size(); i += kActionSize) {
+    const StepResult result = environment.Step(tape.actions.data() + i);
+    environment.Observe(observation.data());
+    benchmark::DoNotOptimize(observation.data());
+    if (result.end != SegmentEnd::kNone) break;
+  }
+  return environment.episode().steps;
+}
+
+void FullStep(benchmark::State& state, VehicleConfig::Kind kind) {
+  const auto scene = MakeScene(MakeExperiment(kind), 0.03);
+  const std::vector<Tape> tapes = RecordTapes(scene, 20);
+  PhysicsAndContact physics(*scene);
+  Environment environment(scene);
+  std::vector<float> observation(static_cast<size_t>(ObservationSize(scene->experiment())));
+  double physics_s = 0, full_s = 0;
+  int64_t physics_steps = 0, control_steps = 0;
+  size_t next = 0;
+  for (auto _ : state) {
+    const Tape& tape = tapes[next++ % tapes.size()];
+    const TimePoint start = Clock::now();
+    physics_steps += physics.Play(tape);
+    physics_s += SecondsSince(start);
+    const TimePoint middle = Clock::now();
+    control_steps += PlayFull(environment, tape, observation);
+    const double seconds = SecondsSince(middle);
+    full_s += seconds;
+    state.SetIterationTime(seconds);
+  }
+  state.counters["physics_contact_steps_per_s"] = static_cast<double>(physics_steps) / physics_s;
+  state.counters["physics_steps_per_s_in_full"] = static_cast<double>(physics_steps) / full_s;
+  state.counters["env_steps_per_s"] = static_cast<double>(control_steps) / full_s;
+  state.counters["ratio"] = physics_s / full_s;
+}
+BENCHMARK_CAPTURE(FullStep, wheeled_car, VehicleConfig::Kind::kWheeledCar)
+    ->UseManualTime()
+    ->Name("full_step/wheeled_car");
+BENCHMARK_CAPTURE(FullStep, plane_car, VehicleConfig::Kind::kPlaneCar)->UseManualTime()->Name("full_step/plane_car");
+
+void Physics(benchmark::State& state, VehicleConfig::Kind kind) {
+  const Experiment experiment = MakeExperiment(kind);
+  const auto vehicle = MakeVehicle(experiment.vehicle, experiment.environment);
+  RandomStream random(1, RandomPurpose::kTest);
+  vehicle->Reset(0, 0, 0, random);
+  int step = 0;
+  for (auto _ : state) {
+    if (step++ % 24 == 0) vehicle->Command(random.Uniform(0.2, 0.8), random.Uniform(-1, 1));
+    vehicle->Step();
+    benchmark::DoNotOptimize(vehicle->state());
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK_CAPTURE(Physics, wheeled_car, VehicleConfig::Kind::kWheeledCar)->Name("physics/wheeled_car");
+BENCHMARK_CAPTURE(Physics, plane_car, VehicleConfig::Kind::kPlaneCar)->Name("physics/plane_car");
+
+std::vector<GroundState> FreeStates(const Scene& scene, int count) {
+  std::vector<GroundState> states;
+  for (int i = 0; i < count; ++i) {
+    const Pose pose = scene.TrainingStart(0, i);
+    states.push_back({pose.x, pose.y, pose.yaw, 0.4, 0.2});
+  }
+  return states;
+}
+
+void Observation(benchmark::State& state, bool look_ahead, bool rays) {
+  Experiment experiment = MakeExperiment(VehicleConfig::Kind::kPlaneCar);
+  experiment.observation.look_ahead = look_ahead;
+  experiment.observation.rays = rays;
+  const auto scene = MakeScene(experiment, 0.03);
+  const ObservationBuilder builder(*scene);
+  const std::vector<GroundState> states = FreeStates(*scene, 256);
+  std::vector<float> out(static_cast<size_t>(builder.size()));
+  size_t next = 0;
+  for (auto _ : state) {
+    builder.Build(states[next++ % states.size()], 1.0f, out.data());
+    benchmark::DoNotOptimize(out.data());
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK_CAPTURE(Observation, full, true, true)->Name("observation/full");
+BENCHMARK_CAPTURE(Observation, rays, false, true)->Name("observation/16_rays");
+BENCHMARK_CAPTURE(Observation, look_ahead, true, false)->Name("observation/look_ahead");
+
+void ContactTests(benchmark::State& state) {
+  const auto scene = MakeScene(MakeExperiment(VehicleConfig::Kind::kPlaneCar), 0.03);
+  const ContactTest contact(*scene);
+  const std::vector<GroundState> states = FreeStates(*scene, 256);
+  size_t next = 0;
+  for (auto _ : state) {
+    const GroundState& s = states[next++ % states.size()];
+    benchmark::DoNotOptimize(contact.Touches(s, contact.CenterDistance(s)));
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(ContactTests)->Name("contact_test");
+
+// What an actor does all day: observe, infer, step; one iteration is one control step of all vehicles.
+void PolicyLoop(benchmark::State& state, VehicleConfig::Kind kind) {
+  const Experiment experiment = MakeExperiment(kind);
+  const auto scene = MakeScene(experiment, 0.03);
+  PolicyShape shape;
+  shape.observation_size = ObservationSize(experiment);
+  shape.action_size = kActionSize;
+  shape.net_arch = {64, 64};
+  const int vehicles = static_cast<int>(state.range(0));
+  Policy policy(shape, vehicles);
+  std::vector<float> parameters(shape.num_parameters());
+  RandomStream random(1, RandomPurpose::kTest);
+  for (float& p : parameters) p = static_cast<float>(0.1 * random.Normal());
+  policy.SetParameters(parameters);
+  PolicyController controller(policy, vehicles);
+  std::vector<std::unique_ptr<Environment>> environments;
+  std::vector<const Environment*> pointers;
+  for (int vehicle = 0; vehicle < vehicles; ++vehicle) {
+    environments.push_back(std::make_unique<Environment>(scene));
+    environments.back()->ResetTraining(vehicle, 0);
+    pointers.push_back(environments.back().get());
+  }
+  std::vector<float> actions(static_cast<size_t>(vehicles) * kActionSize);
+  for (auto _ : state) {
+    controller.Act(pointers, actions.data());
+    for (int vehicle = 0; vehicle < vehicles; ++vehicle) {
+      Environment& environment = *environments[static_cast<size_t>(vehicle)];
+      if (environment.Step(&actions[static_cast<size_t>(vehicle) * kActionSize]).end == SegmentEnd::kNone) continue;
+      environment.ResetTraining(vehicle, environment.episode().episode + 1);
+    }
+  }
+  state.SetItemsProcessed(state.iterations() * vehicles);
+}
+BENCHMARK_CAPTURE(PolicyLoop, wheeled_car, VehicleConfig::Kind::kWheeledCar)->Arg(16)->Name("policy_loop/wheeled_car");
+BENCHMARK_CAPTURE(PolicyLoop, plane_car, VehicleConfig::Kind::kPlaneCar)->Arg(16)->Name("policy_loop/plane_car");
+
+}  // namespace
+}  // namespace cairn::actors
+
+BENCHMARK_MAIN();
