@@ -12,7 +12,8 @@ namespace cairn::learner {
 
 /// Means over the updates since the last call, under Stable-Baselines3's names (train/…).
 struct UpdateInfo {
-  int64_t num_updates = 0;  ///< since start
+  int64_t num_updates = 0;        ///< since start
+  int64_t num_actor_updates = 0;  ///< since the last call (TD3 delays them); actor_loss and SAC's values are over these
   double critic_loss = 0;
   double actor_loss = 0;
   double alpha = 0;       ///< entropy coefficient (SAC)
@@ -39,7 +40,6 @@ class Algorithm {
   /// CRC32C over every learnt parameter (policy, critics, targets, alpha): equal runs have equal values.
   virtual uint32_t WeightsCrc32c() const = 0;
 };
-
 
 /// SAC (Haarnoja et al. 2018, automatic temperature) or TD3 (Fujimoto et al. 2018) as the config says; weights and all
 /// random choices come from `seed`.

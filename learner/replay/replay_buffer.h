@@ -14,7 +14,8 @@ namespace cairn::learner {
 /// One thread.
 class ReplayBuffer {
  public:
-  /// Memory is reserved at once: capacity × row_floats() × 4 bytes, touched as it fills.
+  /// Memory is reserved at once: capacity × row_floats() × 4 bytes, touched as it fills. Throws Error when the system
+  /// refuses it.
   ReplayBuffer(int capacity, int observation_size, int action_size, int n_steps, double gamma);
 
   /// Adds one row per step of the segment: return of the next m = min(n_steps, steps left in the segment) rewards and
@@ -31,21 +32,29 @@ class ReplayBuffer {
   int action_size() const { return action_size_; }
   /// Row i < size(): observation at 0, action at action_offset(), reward, discount, next observation.
   const float* row(int i) const { return rows_.get() + static_cast<size_t>(i) * row_floats_; }
+  /// Asks for row i to be brought into the second-level cache.
+  void Prefetch(int i) const {
+    const float* p = row(i);
+    for (int f = 0; f < row_floats_; f += 16) __builtin_prefetch(p + f, 0, 2);
+  }
   int action_offset() const { return observation_size_; }
   int reward_offset() const { return observation_size_ + action_size_; }
   int discount_offset() const { return observation_size_ + action_size_ + 1; }
   int next_observation_offset() const { return observation_size_ + action_size_ + 2; }
 
  private:
-  struct Free {
+  struct Unmap {
+    size_t bytes = 0;
     void operator()(float* p) const;
   };
+  void FillRow(const Segment& segment, int step, float* row) const;
+
   int capacity_, observation_size_, action_size_, n_steps_, row_floats_;
-  double gamma_;
   int size_ = 0;
   int head_ = 0;
   int64_t num_inserted_ = 0;
-  std::unique_ptr<float[], Free> rows_;
+  std::vector<double> gamma_powers_;  // γ^0 … γ^n_steps
+  std::unique_ptr<float[], Unmap> rows_{nullptr, Unmap{}};
 };
 
 }  // namespace cairn::learner

@@ -1,0 +1,286 @@
+#include "learner/algorithms/mlp.h"
+
+#include <algorithm>
+
+#include "common/core/check.h"
+#include "common/nn/layers.h"
+#include "learner/algorithms/layer_gradients.h"
+
+namespace cairn::learner {
+namespace {
+
+constexpr int kColumnStep = 4;  // InputGradient rounds its number of samples up to a multiple
+
+int RoundUp(int n, int step) { return (n + step - 1) / step * step; }
+
+std::vector<int> MultiplesUpTo(int n, int step) {
+  std::vector<int> multiples;
+  for (int i = step; i <= RoundUp(n, step); i += step) multiples.push_back(i);
+  return multiples;
+}
+
+std::vector<MlpLayer> MakeLayers(const MlpShape& shape) {
+  std::vector<int> sizes = shape.net_arch;
+  sizes.push_back(shape.num_outputs);
+  std::vector<MlpLayer> layers;
+  size_t position = 0, transposed = 0, narrow_sums = shape.num_parameters();
+  int in = shape.num_inputs;
+  for (size_t l = 0; l < sizes.size(); ++l) {
+    MlpLayer layer;
+    layer.in = in;
+    layer.out = sizes[l];
+    layer.hidden = l + 1 < sizes.size();
+    const size_t size = static_cast<size_t>(layer.in) * layer.out;
+    const size_t norm = layer.hidden && shape.layer_norm ? layer.out : 0;
+    layer.weights = position;
+    layer.bias = layer.weights + size;
+    layer.gain = layer.bias + layer.out;
+    layer.offset = layer.gain + norm;
+    position = layer.offset + norm;
+    layer.transposed = transposed;
+    transposed += size;
+    layer.narrow_sums = narrow_sums;
+    narrow_sums += layer.narrow() ? size : 0;
+    in = layer.out;
+    layers.push_back(layer);
+  }
+  return layers;
+}
+
+// to [columns × rows] = fromᵀ, from [rows × columns].
+template <typename Scalar>
+void Transpose(const Scalar* from, int rows, int columns, Scalar* to) {
+  for (int j = 0; j < columns; ++j) {
+    for (int i = 0; i < rows; ++i) to[static_cast<size_t>(i) * columns + j] = from[static_cast<size_t>(j) * rows + i];
+  }
+}
+
+}  // namespace
+
+size_t MlpShape::num_parameters() const {
+  size_t count = 0;
+  size_t in = num_inputs;
+  for (int width : net_arch) {
+    const auto out = static_cast<size_t>(width);
+    count += out * in + out * (layer_norm ? 3 : 1);
+    in = out;
+  }
+  return count + (in + 1) * static_cast<size_t>(num_outputs);
+}
+
+int MlpShape::widest_layer() const {
+  int widest = num_outputs;
+  for (int width : net_arch) widest = std::max(widest, width);
+  return widest;
+}
+
+template <typename Scalar>
+MlpWeights<Scalar>::MlpWeights(const MlpShape& shape) : values(shape.num_parameters()) {
+  size_t size = 0;
+  for (const MlpLayer& layer : MakeLayers(shape)) size += static_cast<size_t>(layer.in) * layer.out;
+  transposed = AlignedBuffer<Scalar>(size);
+  for (const MlpLayer& layer : MakeLayers(shape)) {
+    if (layer.hidden && shape.layer_norm) std::fill_n(values.data() + layer.gain, layer.out, Scalar{1});
+  }
+}
+
+template <typename Scalar>
+MlpTape<Scalar>::MlpTape(const MlpShape& shape, int max_columns) {
+  const int columns = RoundUp(max_columns, kColumnStep);
+  for (int width : shape.net_arch) {
+    activations.emplace_back(static_cast<size_t>(width) * columns);
+    if (shape.layer_norm) normalized.emplace_back(static_cast<size_t>(width) * columns);
+    if (shape.layer_norm) inverse_std.emplace_back(static_cast<size_t>(columns));
+  }
+  output = AlignedBuffer<Scalar>(static_cast<size_t>(shape.num_outputs) * columns);
+  for (auto& d : delta) d = AlignedBuffer<Scalar>(static_cast<size_t>(shape.widest_layer()) * columns);
+}
+
+template <typename Scalar>
+Mlp<Scalar>::Mlp(const MlpShape& shape, int input_stride, const std::vector<int>& columns)
+    : shape_(shape), columns_(columns), layers_(MakeLayers(shape)), gradient_buffer_size_(shape.num_parameters()) {
+  CAIRN_CHECK(!shape.net_arch.empty() && shape.num_inputs > 0 && shape.num_outputs > 0);
+  CAIRN_CHECK(!columns.empty() && std::is_sorted(columns.begin(), columns.end()));
+  for (const MlpLayer& layer : layers_) {
+    AddLayer(layer, &layer == &layers_.front() ? input_stride : layer.in);
+    if (layer.narrow()) gradient_buffer_size_ += static_cast<size_t>(layer.in) * layer.out;
+  }
+}
+
+template <typename Scalar>
+void Mlp<Scalar>::AddLayer(const MlpLayer& layer, int x_stride) {
+  using Transposition = typename Gemm<Scalar>::Transpose;
+  const int in = layer.in, out = layer.out;
+  Kernels kernels{ColumnGemm<Scalar>(out, in, out, x_stride, out, columns_),
+                  ColumnGemm<Scalar>(in, out, in, out, in, MultiplesUpTo(columns_.back(), kColumnStep)),
+                  {}};
+  for (int n : columns_) {
+    if (layer.narrow()) {
+      kernels.weight_gradient.emplace_back(in, out, n, x_stride, out, in, Transposition::kB, Accumulate::kAdd);
+    } else {
+      kernels.weight_gradient.emplace_back(out, in, n, out, x_stride, out, Transposition::kB, Accumulate::kAdd);
+    }
+  }
+  kernels_.push_back(std::move(kernels));
+}
+
+template <typename Scalar>
+const Scalar* Mlp<Scalar>::Forward(const MlpWeights<Scalar>& weights, const Scalar* x, int n,
+                                   MlpTape<Scalar>* tape) const {
+  for (size_t l = 0; l + 1 < layers_.size(); ++l) {
+    Scalar* h = tape->activations[l].data();
+    kernels_[l].forward(weights.values.data() + layers_[l].weights, x, n, h);
+    Activate(weights, static_cast<int>(l), n, tape);
+    x = h;
+  }
+  const MlpLayer& head = layers_.back();
+  const Scalar* bias = weights.values.data() + head.bias;
+  Scalar* y = tape->output.data();
+  if (head.narrow()) {
+    layers::NarrowForward(weights.transposed.data() + head.transposed, bias, head.in, head.out, x, n, y);
+  } else {
+    kernels_.back().forward(weights.values.data() + head.weights, x, n, y);
+    cairn::layers::AddBias(bias, head.out, n, y);
+  }
+  return y;
+}
+
+template <typename Scalar>
+void Mlp<Scalar>::Activate(const MlpWeights<Scalar>& weights, int l, int n, MlpTape<Scalar>* tape) const {
+  const MlpLayer& layer = layers_[l];
+  const Scalar* p = weights.values.data();
+  Scalar* h = tape->activations[l].data();
+  if (!shape_.layer_norm) {
+    cairn::layers::BiasRelu(p + layer.bias, layer.out, n, h);
+    return;
+  }
+  Scalar* x = tape->normalized[l].data();
+  cairn::layers::Normalize(p + layer.bias, layer.out, n, h, tape->inverse_std[l].data());
+  std::copy_n(h, static_cast<size_t>(layer.out) * n, x);
+  cairn::layers::GainRelu(p + layer.gain, p + layer.offset, layer.out, n, x, h);
+}
+
+template <typename Scalar>
+void Mlp<Scalar>::Backward(const MlpWeights<Scalar>& weights, const Scalar* x, const Scalar* d_output, int n,
+                           MlpTape<Scalar>* tape, Scalar* gradient) const {
+  const Scalar* delta = d_output;
+  layers::AddColumns(d_output, shape_.num_outputs, n, gradient + layers_.back().bias);
+  for (int l = static_cast<int>(layers_.size()) - 1; l > 0; --l) {
+    AddWeightGradient(l, delta, tape->activations[l - 1].data(), n, gradient);
+    Scalar* below = tape->delta[l % 2].data();
+    kernels_[l].backward(weights.transposed.data() + layers_[l].transposed, delta, n, below);
+    BackwardActivation(weights, l - 1, n, tape, below, gradient);
+    delta = below;
+  }
+  AddWeightGradient(0, delta, x, n, gradient);
+}
+
+// delta: derivatives by the layer's activations → by its z = W x + b.
+template <typename Scalar>
+void Mlp<Scalar>::BackwardActivation(const MlpWeights<Scalar>& weights, int l, int n, MlpTape<Scalar>* tape,
+                                     Scalar* delta, Scalar* gradient) const {
+  const MlpLayer& layer = layers_[l];
+  const Scalar* h = tape->activations[l].data();
+  if (!shape_.layer_norm) {
+    layers::ReluBackward(h, layer.out, n, delta, gradient + layer.bias);
+    return;
+  }
+  const Scalar* x = tape->normalized[l].data();
+  layers::GainReluBackward(weights.values.data() + layer.gain, x, h, layer.out, n, delta, gradient + layer.gain,
+                           gradient + layer.offset);
+  for (int j = 0; j < n; ++j) {
+    const size_t column = static_cast<size_t>(j) * layer.out;
+    layers::NormalizeBackward(x + column, tape->inverse_std[l][j], layer.out, delta + column);
+  }
+  layers::AddColumns(delta, layer.out, n, gradient + layer.bias);
+}
+
+template <typename Scalar>
+void Mlp<Scalar>::AddWeightGradient(int l, const Scalar* delta, const Scalar* x, int n, Scalar* gradient) const {
+  const auto which = std::lower_bound(columns_.begin(), columns_.end(), n) - columns_.begin();
+  CAIRN_DCHECK(columns_[which] == n);
+  const Gemm<Scalar>& product = kernels_[l].weight_gradient[which];
+  if (layers_[l].narrow()) {
+    product(x, delta, gradient + layers_[l].narrow_sums);
+  } else {
+    product(delta, x, gradient + layers_[l].weights);
+  }
+}
+
+template <typename Scalar>
+void Mlp<Scalar>::InputGradient(const MlpWeights<Scalar>& weights, std::span<const int> samples, int first, int count,
+                                MlpTape<Scalar>* tape, Scalar* d_input) const {
+  const int n = static_cast<int>(samples.size());
+  const MlpLayer& head = layers_.back();
+  const MlpLayer& bottom = layers_.front();
+  CAIRN_DCHECK(head.out == 1);
+  Scalar* delta = tape->delta[0].data();
+  for (int j = 0; j < n; ++j) {
+    std::copy_n(weights.values.data() + head.weights, head.in, delta + static_cast<size_t>(j) * head.in);
+  }
+  for (int l = static_cast<int>(layers_.size()) - 2;; --l) {
+    SampleActivationGradient(weights, l, samples, *tape, delta);
+    if (l == 0) break;
+    Scalar* below = tape->delta[delta == tape->delta[0].data() ? 1 : 0].data();
+    kernels_[l].backward(weights.transposed.data() + layers_[l].transposed, delta, n, below);
+    delta = below;
+  }
+  // dx_o = Σ_i W[i, o] dz_i, where the columns of W are contiguous.
+  const Scalar* w = weights.values.data() + bottom.weights + static_cast<size_t>(first) * bottom.out;
+  layers::NarrowForward<Scalar>(w, nullptr, bottom.out, count, delta, n, d_input);
+}
+
+// As BackwardActivation, for chosen samples and without the parameters' derivatives.
+template <typename Scalar>
+void Mlp<Scalar>::SampleActivationGradient(const MlpWeights<Scalar>& weights, int l, std::span<const int> samples,
+                                           const MlpTape<Scalar>& tape, Scalar* delta) const {
+  const MlpLayer& layer = layers_[l];
+  const Scalar* gain = weights.values.data() + layer.gain;
+  for (int sample : samples) {
+    const size_t column = static_cast<size_t>(sample) * layer.out;
+    layers::Mask(tape.activations[l].data() + column, layer.out, delta);
+    if (shape_.layer_norm) {
+      for (int i = 0; i < layer.out; ++i) delta[i] *= gain[i];
+      layers::NormalizeBackward(tape.normalized[l].data() + column, tape.inverse_std[l][sample], layer.out, delta);
+    }
+    delta += layer.out;
+  }
+}
+
+template <typename Scalar>
+void Mlp<Scalar>::StartGradient(AlignedBuffer<Scalar>* gradient) const {
+  CAIRN_DCHECK(gradient->size() == gradient_buffer_size_);
+  std::fill(gradient->begin(), gradient->end(), Scalar{0});
+}
+
+template <typename Scalar>
+void Mlp<Scalar>::FinishGradient(AlignedBuffer<Scalar>* gradient) const {
+  for (const MlpLayer& layer : layers_) {
+    if (!layer.narrow()) continue;
+    Transpose(gradient->data() + layer.narrow_sums, layer.in, layer.out, gradient->data() + layer.weights);
+  }
+}
+
+template <typename Scalar>
+void Mlp<Scalar>::RefreshTransposed(MlpWeights<Scalar>* weights) const {
+  for (size_t l = 1; l < layers_.size(); ++l) RefreshLayer(layers_[l], weights);  // nothing goes back through the first
+}
+
+template <typename Scalar>
+void Mlp<Scalar>::RefreshHead(MlpWeights<Scalar>* weights) const {
+  if (layers_.back().narrow()) RefreshLayer(layers_.back(), weights);
+}
+
+template <typename Scalar>
+void Mlp<Scalar>::RefreshLayer(const MlpLayer& layer, MlpWeights<Scalar>* weights) const {
+  Transpose(weights->values.data() + layer.weights, layer.out, layer.in, weights->transposed.data() + layer.transposed);
+}
+
+template struct MlpWeights<float>;
+template struct MlpWeights<double>;
+template struct MlpTape<float>;
+template struct MlpTape<double>;
+template class Mlp<float>;
+template class Mlp<double>;
+
+}  // namespace cairn::learner

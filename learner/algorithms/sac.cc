@@ -1,0 +1,147 @@
+#include "learner/algorithms/sac.h"
+
+#include <cmath>
+
+#include "common/core/check.h"
+#include "learner/algorithms/shapes.h"
+
+namespace cairn::learner {
+
+template <typename Scalar>
+Sac<Scalar>::Sac(const LearnerConfig& config, const PolicyShape& shape, uint64_t seed)
+    : config_(config),
+      action_size_(shape.action_size),
+      chunks_(config.batch_size, WidestLayer(shape)),
+      policy_mlp_(PolicyMlpShape(shape), BatchStride(shape.observation_size, shape.action_size), chunks_.sizes()),
+      policy_(policy_mlp_, seed, 0),
+      critics_(CriticMlpShape(shape), BatchStride(shape.observation_size, shape.action_size), chunks_.sizes(),
+               shape.action_size, seed),
+      log_alpha_(std::log(config.initial_alpha)),
+      alpha_adam_(1),
+      work_{MlpTape<Scalar>(policy_mlp_.shape(), policy_mlp_.max_columns()),
+            critics_.MakeWork(),
+            TanhGaussian<Scalar>(shape.action_size, policy_mlp_.max_columns()),
+            {},
+            {},
+            {}} {
+  CAIRN_CHECK(shape.head == PolicyShape::Head::kGaussian && policy_.weights.values.size() == shape.num_parameters());
+  const auto samples = static_cast<size_t>(work_.head.stride());
+  work_.q = AlignedBuffer<Scalar>(samples);
+  work_.d_action = AlignedBuffer<Scalar>(samples * action_size_);
+  work_.d_output = AlignedBuffer<Scalar>(2 * samples * action_size_);
+}
+
+template <typename Scalar>
+double Sac<Scalar>::alpha() const {
+  return std::exp(log_alpha_);
+}
+
+template <typename Scalar>
+UpdateInfo Sac<Scalar>::Update(Batch<Scalar>* batch, double learning_rate,
+                               const std::function<void()>& between_chunks) {
+  UpdateInfo info;
+  info.critic_loss = CriticLoss(batch, between_chunks);
+  CheckFinite(info.critic_loss, "critic_loss");
+  critics_.Step(learning_rate, config_.max_grad_norm);
+
+  info.actor_loss = ActorLoss(batch, between_chunks);
+  CheckFinite(info.actor_loss, "actor_loss");
+  TrainedMlp<Scalar>* const policy[] = {&policy_};
+  ApplyGradients<Scalar>(policy_mlp_, policy, learning_rate, config_.max_grad_norm, "policy");
+
+  info.alpha = alpha();
+  info.alpha_loss = AlphaLoss();
+  if (config_.auto_alpha) {
+    const double gradient = AlphaGradient();
+    alpha_adam_.Step(learning_rate, {&gradient, 1}, 1.0, {&log_alpha_, 1});
+  }
+  critics_.UpdateTargets(config_.tau);
+
+  info.mean_q = work_.critics.q / (2.0 * batch->size());
+  info.mean_log_prob = mean_log_prob_;
+  info.num_actor_updates = 1;
+  return info;
+}
+
+template <typename Scalar>
+double Sac<Scalar>::CriticLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks) {
+  critics_.StartBatch(&work_.critics);
+  for (int c = 0; c < chunks_.count(); ++c) {
+    CriticChunk(batch, chunks_.first(c), chunks_.size(c), &work_);
+    between_chunks();
+  }
+  return 0.5 * work_.critics.squared_error / batch->size();
+}
+
+template <typename Scalar>
+void Sac<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, Work* work) {
+  // a' ~ π(·|s')
+  const Scalar* y = policy_mlp_.Forward(policy_.weights, batch->next_input(first), n, &work->policy_tape);
+  work->head.Sample(y, n, batch->next_noise() + first, batch->size(), batch->next_action(first), batch->stride());
+  const Scalar* log_prob = work->head.log_prob();
+  // y = R + discount (min_i Q'_i(s', a') − alpha log π(a'|s'))
+  Scalar* target_q = work->q.data();
+  critics_.MinTargetQ(batch->next_input(first), n, &work->critics, target_q);
+  const auto entropy_weight = static_cast<Scalar>(alpha());
+  for (int j = 0; j < n; ++j) {
+    target_q[j] = batch->reward(first + j) + batch->discount(first + j) * (target_q[j] - entropy_weight * log_prob[j]);
+  }
+  // J_Q = ½ mean (Q_i(s, a) − y)²
+  critics_.Regress(batch->input(first), target_q, n, Scalar{1} / static_cast<Scalar>(batch->size()), &work->critics);
+}
+
+template <typename Scalar>
+double Sac<Scalar>::ActorLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks) {
+  policy_mlp_.StartGradient(&policy_.gradient);
+  work_.actor_loss = 0;
+  work_.log_prob = 0;
+  for (int c = 0; c < chunks_.count(); ++c) {
+    ActorChunk(batch, chunks_.first(c), chunks_.size(c), &work_);
+    between_chunks();
+  }
+  mean_log_prob_ = work_.log_prob / batch->size();
+  return work_.actor_loss / batch->size();
+}
+
+template <typename Scalar>
+void Sac<Scalar>::ActorChunk(Batch<Scalar>* batch, int first, int n, Work* work) {
+  // a ~ π(·|s), reparameterised; it takes the place of the stored action.
+  const Scalar* y = policy_mlp_.Forward(policy_.weights, batch->input(first), n, &work->policy_tape);
+  work->head.Sample(y, n, batch->noise() + first, batch->size(), batch->action(first), batch->stride());
+  const Scalar* log_prob = work->head.log_prob();
+  critics_.MinQ(batch->input(first), n, &work->critics, work->q.data());
+  // J_π = mean (alpha log π(a|s) − min_i Q_i(s, a))
+  const double entropy_weight = alpha();
+  for (int j = 0; j < n; ++j) {
+    work->log_prob += static_cast<double>(log_prob[j]);
+    work->actor_loss += entropy_weight * static_cast<double>(log_prob[j]) - static_cast<double>(work->q[j]);
+  }
+  critics_.ActionGradient(&work->critics, work->d_action.data(), work->head.stride());
+  work->head.Backward(work->d_action.data(), n, static_cast<Scalar>(entropy_weight),
+                      Scalar{1} / static_cast<Scalar>(batch->size()), work->d_output.data());
+  policy_mlp_.Backward(policy_.weights, batch->input(first), work->d_output.data(), n, &work->policy_tape,
+                       policy_.gradient.data());
+}
+
+template <typename Scalar>
+double Sac<Scalar>::AlphaLoss() const {
+  return -log_alpha_ * (mean_log_prob_ + config_.target_entropy);
+}
+
+template <typename Scalar>
+double Sac<Scalar>::AlphaGradient() const {
+  return -(mean_log_prob_ + config_.target_entropy);
+}
+
+template <typename Scalar>
+void Sac<Scalar>::VisitWeights(const std::function<void(std::string_view, std::span<const Scalar>)>& visit) const {
+  const auto log_alpha = static_cast<Scalar>(log_alpha_);
+  visit("policy", policy_.parameters());
+  critics_.VisitWeights(visit);
+  visit("log_alpha", {&log_alpha, 1});
+}
+
+template class Sac<float>;
+template class Sac<double>;
+
+}  // namespace cairn::learner

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string_view>
+
+#include "common/config/experiment.h"
+#include "common/nn/policy.h"
+#include "learner/algorithms/algorithm.h"
+#include "learner/algorithms/batch.h"
+#include "learner/algorithms/tanh_gaussian.h"
+#include "learner/algorithms/trained_mlp.h"
+#include "learner/algorithms/twin_critic.h"
+
+namespace cairn::learner {
+
+/// Soft Actor-Critic with automatic temperature (Haarnoja et al. 2018, arXiv:1812.05905, algorithm 1). One update is
+/// one step of both critics, the policy, alpha and the targets, in this order, on one batch.
+template <typename Scalar>
+class Sac {
+ public:
+  Sac(const LearnerConfig& config, const PolicyShape& shape, uint64_t seed);
+
+  /// Uses the batch's transitions, noise and next noise; overwrites its actions. Calls `between_chunks` now and then,
+  /// for work that hides in the arithmetic. Throws Error when a loss or a gradient is not finite.
+  UpdateInfo Update(Batch<Scalar>* batch, double learning_rate, const std::function<void()>& between_chunks);
+
+  /// How often `between_chunks` is called in an update.
+  int num_pauses() const { return 2 * chunks_.count(); }
+
+  double alpha() const;
+  double log_alpha() const { return log_alpha_; }
+  TrainedMlp<Scalar>& policy() { return policy_; }
+  const TrainedMlp<Scalar>& policy() const { return policy_; }
+  TwinCritic<Scalar>& critics() { return critics_; }
+
+  /// Calls visit(name, values) for everything that is learnt, in a fixed order.
+  void VisitWeights(const std::function<void(std::string_view, std::span<const Scalar>)>& visit) const;
+
+  /// The losses and their gradients alone, without a step: what Update is made of (and what tests differentiate).
+  /// J_Q, both critics, per sample: ½ (Q_i(s, a) − y)², y = R + discount (min_i Q'_i(s', a') − alpha log π(a'|s')).
+  double CriticLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks);
+  /// J_π: alpha log π(a|s) − min_i Q_i(s, a).
+  double ActorLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks);
+  /// J(alpha) as a function of log alpha, and its derivative: −log alpha (mean log π + target entropy).
+  double AlphaLoss() const;
+  double AlphaGradient() const;
+
+ private:
+  /// What belongs to one thread.
+  struct Work {
+    MlpTape<Scalar> policy_tape;
+    typename TwinCritic<Scalar>::Work critics;
+    TanhGaussian<Scalar> head;
+    AlignedBuffer<Scalar> q;         // [samples]
+    AlignedBuffer<Scalar> d_action;  // [samples × action_size]
+    AlignedBuffer<Scalar> d_output;  // [2 · action_size × samples]
+    double actor_loss = 0;           // sums over the batch
+    double log_prob = 0;
+  };
+
+  void CriticChunk(Batch<Scalar>* batch, int first, int n, Work* work);
+  void ActorChunk(Batch<Scalar>* batch, int first, int n, Work* work);
+
+  LearnerConfig config_;
+  int action_size_;
+  Chunks chunks_;
+  Mlp<Scalar> policy_mlp_;
+  TrainedMlp<Scalar> policy_;
+  TwinCritic<Scalar> critics_;
+  double log_alpha_;
+  Adam<double> alpha_adam_;
+  double mean_log_prob_ = 0;  // of the last ActorLoss
+  Work work_;
+};
+
+extern template class Sac<float>;
+extern template class Sac<double>;
+
+}  // namespace cairn::learner

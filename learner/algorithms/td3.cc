@@ -1,0 +1,149 @@
+#include "learner/algorithms/td3.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/core/check.h"
+#include "common/nn/vector_math.h"
+#include "learner/algorithms/shapes.h"
+
+namespace cairn::learner {
+namespace {
+
+template <typename Scalar>
+Scalar Clip(Scalar x, Scalar limit) {
+  return x < -limit ? -limit : (x > limit ? limit : x);
+}
+
+}  // namespace
+
+template <typename Scalar>
+Td3<Scalar>::Td3(const LearnerConfig& config, const PolicyShape& shape, uint64_t seed)
+    : config_(config),
+      action_size_(shape.action_size),
+      chunks_(config.batch_size, WidestLayer(shape)),
+      policy_mlp_(PolicyMlpShape(shape), BatchStride(shape.observation_size, shape.action_size), chunks_.sizes()),
+      policy_(policy_mlp_, seed, 0),
+      policy_target_(CopyWeights(policy_mlp_, policy_.weights)),
+      critics_(CriticMlpShape(shape), BatchStride(shape.observation_size, shape.action_size), chunks_.sizes(),
+               shape.action_size, seed),
+      work_{MlpTape<Scalar>(policy_mlp_.shape(), policy_mlp_.max_columns()),
+            critics_.MakeWork(),
+            (policy_mlp_.max_columns() + 15) / 16 * 16,
+            {},
+            {},
+            {},
+            {}} {
+  CAIRN_CHECK(shape.head == PolicyShape::Head::kDeterministic &&
+              policy_.weights.values.size() == shape.num_parameters());
+  const auto samples = static_cast<size_t>(work_.stride);
+  work_.q = AlignedBuffer<Scalar>(samples);
+  work_.action = AlignedBuffer<Scalar>(samples * action_size_);
+  work_.d_action = AlignedBuffer<Scalar>(samples * action_size_);
+  work_.d_output = AlignedBuffer<Scalar>(samples * action_size_);
+}
+
+template <typename Scalar>
+UpdateInfo Td3<Scalar>::Update(Batch<Scalar>* batch, double learning_rate,
+                               const std::function<void()>& between_chunks) {
+  UpdateInfo info;
+  info.critic_loss = CriticLoss(batch, between_chunks);
+  info.mean_q = work_.critics.q / (2.0 * batch->size());
+  CheckFinite(info.critic_loss, "critic_loss");
+  critics_.Step(learning_rate, config_.max_grad_norm);
+  if (++num_updates_ % config_.policy_delay != 0) return info;
+
+  info.actor_loss = ActorLoss(batch, between_chunks);
+  CheckFinite(info.actor_loss, "actor_loss");
+  TrainedMlp<Scalar>* const policy[] = {&policy_};
+  ApplyGradients<Scalar>(policy_mlp_, policy, learning_rate, config_.max_grad_norm, "policy");
+  critics_.UpdateTargets(config_.tau);
+  Polyak<Scalar>(config_.tau, policy_.parameters(), {policy_target_.values.data(), policy_target_.values.size()});
+  policy_mlp_.RefreshHead(&policy_target_);
+  info.num_actor_updates = 1;
+  return info;
+}
+
+template <typename Scalar>
+double Td3<Scalar>::CriticLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks) {
+  critics_.StartBatch(&work_.critics);
+  for (int c = 0; c < chunks_.count(); ++c) {
+    CriticChunk(batch, chunks_.first(c), chunks_.size(c), &work_);
+    between_chunks();
+  }
+  return work_.critics.squared_error / batch->size();
+}
+
+template <typename Scalar>
+void Td3<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, Work* work) {
+  SmoothedTargetAction(batch, first, n, work);
+  // y = R + discount min_i Q'_i(s', a')
+  Scalar* target_q = work->q.data();
+  critics_.MinTargetQ(batch->next_input(first), n, &work->critics, target_q);
+  for (int j = 0; j < n; ++j) {
+    target_q[j] = math::Fma(batch->discount(first + j), target_q[j], batch->reward(first + j));
+  }
+  // mean (Q_i(s, a) − y)²
+  critics_.Regress(batch->input(first), target_q, n, Scalar{2} / static_cast<Scalar>(batch->size()), &work->critics);
+}
+
+// a' = clip(π'(s') + clip(ε, −c, c), −1, 1), ε ~ N(0, σ)
+template <typename Scalar>
+void Td3<Scalar>::SmoothedTargetAction(Batch<Scalar>* batch, int first, int n, Work* work) {
+  const auto sigma = static_cast<Scalar>(config_.target_policy_noise);
+  const auto limit = static_cast<Scalar>(config_.target_noise_clip);
+  const Scalar* y = policy_mlp_.Forward(policy_target_, batch->next_input(first), n, &work->policy_tape);
+  for (int i = 0; i < n * action_size_; ++i) work->action[i] = math::Tanh(y[i]);
+  for (int j = 0; j < n; ++j) {
+    Scalar* action = batch->next_action(first + j);
+    for (int a = 0; a < action_size_; ++a) {
+      const Scalar noise = batch->next_noise()[static_cast<size_t>(a) * batch->size() + first + j];
+      action[a] = Clip(work->action[j * action_size_ + a] + Clip(sigma * noise, limit), Scalar{1});
+    }
+  }
+}
+
+template <typename Scalar>
+double Td3<Scalar>::ActorLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks) {
+  policy_mlp_.StartGradient(&policy_.gradient);
+  work_.actor_loss = 0;
+  for (int c = 0; c < chunks_.count(); ++c) {
+    ActorChunk(batch, chunks_.first(c), chunks_.size(c), &work_);
+    between_chunks();
+  }
+  return work_.actor_loss / batch->size();
+}
+
+template <typename Scalar>
+void Td3<Scalar>::ActorChunk(Batch<Scalar>* batch, int first, int n, Work* work) {
+  const Scalar* y = policy_mlp_.Forward(policy_.weights, batch->input(first), n, &work->policy_tape);
+  for (int i = 0; i < n * action_size_; ++i) work->action[i] = math::Tanh(y[i]);
+  for (int j = 0; j < n; ++j) std::copy_n(&work->action[j * action_size_], action_size_, batch->action(first + j));
+  // J_π = −mean Q_1(s, π(s))
+  critics_.FirstQ(batch->input(first), n, &work->critics, work->q.data());
+  for (int j = 0; j < n; ++j) work->actor_loss -= static_cast<double>(work->q[j]);
+  critics_.ActionGradient(&work->critics, work->d_action.data(), work->stride);
+  // da / dy = 1 − a²
+  const Scalar weight = Scalar{-1} / static_cast<Scalar>(batch->size());
+  for (int j = 0; j < n; ++j) {
+    for (int a = 0; a < action_size_; ++a) {
+      const Scalar action = work->action[j * action_size_ + a];
+      work->d_output[j * action_size_ + a] =
+          weight * work->d_action[static_cast<size_t>(a) * work->stride + j] * (Scalar{1} - action * action);
+    }
+  }
+  policy_mlp_.Backward(policy_.weights, batch->input(first), work->d_output.data(), n, &work->policy_tape,
+                       policy_.gradient.data());
+}
+
+template <typename Scalar>
+void Td3<Scalar>::VisitWeights(const std::function<void(std::string_view, std::span<const Scalar>)>& visit) const {
+  visit("policy", policy_.parameters());
+  visit("target_policy", {policy_target_.values.data(), policy_target_.values.size()});
+  critics_.VisitWeights(visit);
+}
+
+template class Td3<float>;
+template class Td3<double>;
+
+}  // namespace cairn::learner

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string_view>
+
+#include "common/config/experiment.h"
+#include "common/nn/policy.h"
+#include "learner/algorithms/algorithm.h"
+#include "learner/algorithms/batch.h"
+#include "learner/algorithms/trained_mlp.h"
+#include "learner/algorithms/twin_critic.h"
+
+namespace cairn::learner {
+
+/// Twin Delayed DDPG (Fujimoto et al. 2018, algorithm 1): clipped double Q-learning, target policy smoothing, and
+/// policy and target updates every `policy_delay`-th time.
+template <typename Scalar>
+class Td3 {
+ public:
+  Td3(const LearnerConfig& config, const PolicyShape& shape, uint64_t seed);
+
+  /// Uses the batch's transitions and next noise; overwrites its actions in a policy update. Calls `between_chunks` now
+  /// and then, for work that hides in the arithmetic. Throws Error when a loss or a gradient is not finite.
+  UpdateInfo Update(Batch<Scalar>* batch, double learning_rate, const std::function<void()>& between_chunks);
+
+  /// How often at least `between_chunks` is called in an update.
+  int num_pauses() const { return chunks_.count(); }
+
+  TrainedMlp<Scalar>& policy() { return policy_; }
+  const TrainedMlp<Scalar>& policy() const { return policy_; }
+  const MlpWeights<Scalar>& policy_target() const { return policy_target_; }
+  TwinCritic<Scalar>& critics() { return critics_; }
+
+  /// Calls visit(name, values) for everything that is learnt, in a fixed order.
+  void VisitWeights(const std::function<void(std::string_view, std::span<const Scalar>)>& visit) const;
+
+  /// The losses and their gradients alone, without a step: what Update is made of (and what tests differentiate).
+  /// Both critics, per sample: (Q_i(s, a) − y)², y = R + discount min_i Q'_i(s', clip(π'(s') + clip(ε, −c, c), −1, 1)).
+  double CriticLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks);
+  /// −Q_1(s, π(s)).
+  double ActorLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks);
+
+ private:
+  /// What belongs to one thread.
+  struct Work {
+    MlpTape<Scalar> policy_tape;
+    typename TwinCritic<Scalar>::Work critics;
+    int stride;
+    AlignedBuffer<Scalar> q;         // [samples]
+    AlignedBuffer<Scalar> action;    // [action_size × samples]
+    AlignedBuffer<Scalar> d_action;  // [samples × action_size]
+    AlignedBuffer<Scalar> d_output;  // [action_size × samples]
+    double actor_loss = 0;           // sum over the batch
+  };
+
+  void CriticChunk(Batch<Scalar>* batch, int first, int n, Work* work);
+  void SmoothedTargetAction(Batch<Scalar>* batch, int first, int n, Work* work);
+  void ActorChunk(Batch<Scalar>* batch, int first, int n, Work* work);
+
+  LearnerConfig config_;
+  int action_size_;
+  Chunks chunks_;
+  Mlp<Scalar> policy_mlp_;
+  TrainedMlp<Scalar> policy_;
+  MlpWeights<Scalar> policy_target_;
+  TwinCritic<Scalar> critics_;
+  int64_t num_updates_ = 0;
+  Work work_;
+};
+
+extern template class Td3<float>;
+extern template class Td3<double>;
+
+}  // namespace cairn::learner

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+#include "common/nn/aligned_buffer.h"
+#include "learner/algorithms/mlp.h"
+#include "learner/optim/adam.h"
+
+namespace cairn::learner {
+
+/// A network that is learnt: its weights, the gradient of the batch at hand and its optimizer.
+template <typename Scalar>
+struct TrainedMlp {
+  /// Weights and biases uniform in ±1/√inputs of their layer (PyTorch's default), a function of (seed, index) alone.
+  TrainedMlp(const Mlp<Scalar>& mlp, uint64_t seed, uint32_t index);
+
+  std::span<const Scalar> parameters() const { return {weights.values.data(), weights.values.size()}; }
+  std::span<const Scalar> finished_gradient() const { return {gradient.data(), weights.values.size()}; }
+
+  MlpWeights<Scalar> weights;
+  AlignedBuffer<Scalar> gradient;  // Mlp::MakeGradientBuffer
+  Adam<Scalar> adam;
+};
+
+/// A target network's start.
+template <typename Scalar>
+MlpWeights<Scalar> CopyWeights(const Mlp<Scalar>& mlp, const MlpWeights<Scalar>& from) {
+  MlpWeights<Scalar> copy(mlp.shape());
+  std::copy(from.values.begin(), from.values.end(), copy.values.begin());
+  mlp.RefreshTransposed(&copy);
+  return copy;
+}
+
+/// Finishes the gradients of networks that are clipped together, checks and applies them. Throws Error, with all
+/// weights unchanged, when a gradient is not finite; `what` names the networks there.
+template <typename Scalar>
+void ApplyGradients(const Mlp<Scalar>& mlp, std::span<TrainedMlp<Scalar>* const> networks, double learning_rate,
+                    double max_grad_norm, const char* what);
+
+/// Throws Error naming the loss unless it is finite.
+void CheckFinite(double loss, const char* name);
+
+extern template struct TrainedMlp<float>;
+extern template struct TrainedMlp<double>;
+
+}  // namespace cairn::learner

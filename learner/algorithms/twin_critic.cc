@@ -1,0 +1,109 @@
+#include "learner/algorithms/twin_critic.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace cairn::learner {
+namespace {
+
+size_t Padded(int samples) { return static_cast<size_t>((samples + 15) / 16 * 16); }
+
+}  // namespace
+
+template <typename Scalar>
+TwinCritic<Scalar>::Work::Work(const Mlp<Scalar>& mlp, int action_size)
+    : tape{MlpTape<Scalar>(mlp.shape(), mlp.max_columns()), MlpTape<Scalar>(mlp.shape(), mlp.max_columns())},
+      error(Padded(mlp.max_columns())),
+      d_input(Padded(mlp.max_columns()) * action_size) {
+  for (auto& samples : chosen) samples.reserve(mlp.max_columns());
+}
+
+template <typename Scalar>
+TwinCritic<Scalar>::TwinCritic(const MlpShape& shape, int input_stride, const std::vector<int>& columns,
+                               int action_size, uint64_t seed)
+    : mlp_(shape, input_stride, columns),
+      action_size_(action_size),
+      critics_{TrainedMlp<Scalar>(mlp_, seed, 1), TrainedMlp<Scalar>(mlp_, seed, 2)},
+      targets_{CopyWeights(mlp_, critics_[0].weights), CopyWeights(mlp_, critics_[1].weights)} {}
+
+template <typename Scalar>
+void TwinCritic<Scalar>::MinTargetQ(const Scalar* input, int n, Work* work, Scalar* q) const {
+  const Scalar* q1 = mlp_.Forward(targets_[0], input, n, &work->tape[0]);
+  const Scalar* q2 = mlp_.Forward(targets_[1], input, n, &work->tape[1]);
+  for (int j = 0; j < n; ++j) q[j] = q2[j] < q1[j] ? q2[j] : q1[j];
+}
+
+template <typename Scalar>
+void TwinCritic<Scalar>::StartBatch(Work* work) {
+  for (TrainedMlp<Scalar>& critic : critics_) mlp_.StartGradient(&critic.gradient);
+  work->squared_error = 0;
+  work->q = 0;
+}
+
+template <typename Scalar>
+void TwinCritic<Scalar>::Regress(const Scalar* input, const Scalar* target_q, int n, Scalar weight, Work* work) {
+  for (int i = 0; i < 2; ++i) {
+    const Scalar* q = mlp_.Forward(critics_[i].weights, input, n, &work->tape[i]);
+    for (int j = 0; j < n; ++j) {
+      const Scalar error = q[j] - target_q[j];
+      work->squared_error += static_cast<double>(error) * static_cast<double>(error);
+      work->q += static_cast<double>(q[j]);
+      work->error[j] = weight * error;
+    }
+    mlp_.Backward(critics_[i].weights, input, work->error.data(), n, &work->tape[i], critics_[i].gradient.data());
+  }
+}
+
+template <typename Scalar>
+void TwinCritic<Scalar>::Step(double learning_rate, double max_grad_norm) {
+  TrainedMlp<Scalar>* const both[] = {&critics_[0], &critics_[1]};
+  ApplyGradients<Scalar>(mlp_, both, learning_rate, max_grad_norm, "critics");
+}
+
+template <typename Scalar>
+void TwinCritic<Scalar>::FirstQ(const Scalar* input, int n, Work* work, Scalar* q) const {
+  std::copy_n(mlp_.Forward(critics_[0].weights, input, n, &work->tape[0]), n, q);
+  work->chosen[0].resize(n);
+  work->chosen[1].clear();
+  std::iota(work->chosen[0].begin(), work->chosen[0].end(), 0);
+}
+
+template <typename Scalar>
+void TwinCritic<Scalar>::MinQ(const Scalar* input, int n, Work* work, Scalar* q) const {
+  const Scalar* q1 = mlp_.Forward(critics_[0].weights, input, n, &work->tape[0]);
+  const Scalar* q2 = mlp_.Forward(critics_[1].weights, input, n, &work->tape[1]);
+  for (auto& samples : work->chosen) samples.clear();
+  for (int j = 0; j < n; ++j) {
+    const bool second = q2[j] < q1[j];
+    work->chosen[second ? 1 : 0].push_back(j);
+    q[j] = second ? q2[j] : q1[j];
+  }
+}
+
+template <typename Scalar>
+void TwinCritic<Scalar>::ActionGradient(Work* work, Scalar* d_action, int stride) const {
+  const int first_action = mlp_.shape().num_inputs - action_size_;
+  for (int i = 0; i < 2; ++i) {
+    const std::vector<int>& samples = work->chosen[i];
+    if (samples.empty()) continue;
+    mlp_.InputGradient(critics_[i].weights, samples, first_action, action_size_, &work->tape[i], work->d_input.data());
+    for (size_t p = 0; p < samples.size(); ++p) {
+      for (int a = 0; a < action_size_; ++a) {
+        d_action[static_cast<size_t>(a) * stride + samples[p]] = work->d_input[p * action_size_ + a];
+      }
+    }
+  }
+}
+
+template <typename Scalar>
+void TwinCritic<Scalar>::UpdateTargets(double tau) {
+  for (int i = 0; i < 2; ++i) {
+    Polyak<Scalar>(tau, critics_[i].parameters(), {targets_[i].values.data(), targets_[i].values.size()});
+    mlp_.RefreshHead(&targets_[i]);
+  }
+}
+
+template class TwinCritic<float>;
+template class TwinCritic<double>;
+
+}  // namespace cairn::learner
