@@ -500,7 +500,7 @@ Bytes Encode(const LearnerTelemetry& m) {
 template <>
 std::optional<LearnerTelemetry> Decode<LearnerTelemetry>(ByteSpan bytes) {
   SizeWalker walker(bytes);
-  walker.Skip(8 + 9 * 8 + 3 * 4 + 9 * 8);
+  walker.Skip(8 + 9 * 8 + 3 * 4 + 10 * 8);
   walker.String();
   const auto t = DecodeType<cairn_lcm::learner_telemetry_t>(bytes, walker.Done());
   if (!t) return std::nullopt;
