@@ -1,0 +1,52 @@
+#include "common/core/files.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+#include "common/core/check.h"
+
+namespace cairn {
+namespace {
+
+// 0 or the errno of what failed.
+int WriteAndSync(int fd, const std::string& text) {
+  for (size_t at = 0; at < text.size();) {
+    const ssize_t written = write(fd, text.data() + at, text.size() - at);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return written == 0 ? ENOSPC : errno;
+    at += static_cast<size_t>(written);
+  }
+  return fsync(fd) == 0 ? 0 : errno;
+}
+
+// The rename itself is lost in a crash unless its directory is on disk.
+void SyncDirectory(const std::string& path) {
+  const size_t slash = path.rfind('/');
+  const std::string directory = slash == std::string::npos ? "." : path.substr(0, slash + 1);
+  const int fd = open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return;
+  fsync(fd);
+  close(fd);
+}
+
+}  // namespace
+
+void WriteFileAtomically(const std::string& path, const std::string& text) {
+  const std::string beside = path + ".tmp";
+  const int fd = open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (fd < 0) ThrowError("cannot write {}: {}", path, std::strerror(errno));
+  int error = WriteAndSync(fd, text);
+  if (close(fd) != 0 && error == 0) error = errno;
+  if (error == 0 && std::rename(beside.c_str(), path.c_str()) != 0) error = errno;
+  if (error != 0) {
+    unlink(beside.c_str());
+    ThrowError("cannot write {}: {}", path, std::strerror(error));
+  }
+  SyncDirectory(path);
+}
+
+}  // namespace cairn

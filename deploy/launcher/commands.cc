@@ -1,0 +1,106 @@
+#include "deploy/launcher/commands.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/config/command_line.h"
+#include "common/core/check.h"
+#include "common/core/version.h"
+#include "deploy/launcher/plan.h"
+#include "deploy/launcher/sibling.h"
+#include "deploy/launcher/spy.h"
+#include "deploy/launcher/telemetry_status.h"
+#include "deploy/launcher/train.h"
+
+namespace cairn::deploy {
+namespace {
+
+constexpr const char* kSetHelp =
+    "Override an option of the file: --set learner.batch_size=512, lists as learner.net_arch=[64,64]; repeatable, "
+    "the last one wins";
+
+// One command: its options are bound when it is declared, `run` is called after parsing.
+struct Commands {
+  std::function<int()> run;
+};
+
+void AddOverrides(CLI::App* command, std::vector<std::string>* overrides) {
+  command->add_option("--set", *overrides, kSetHelp)->type_name("KEY=VALUE")->allow_extra_args(false);
+}
+
+void AddTrain(CLI::App* app, Commands* commands, int64_t launch_utime_us) {
+  auto options = std::make_shared<TrainOptions>();
+  auto seed = std::make_shared<std::string>();
+  options->launch_utime_us = launch_utime_us;
+  CLI::App* command = app->add_subcommand("train", "Train a policy: starts planner, learner and actors");
+  command->add_option("file", options->file, "Experiment file")->required();
+  command->add_option("--run-dir", options->run_dir, "Run directory (default: runs/<name>-<date>-<time>)");
+  command->add_option("--actors", options->actors, "Actor processes (default: the CPUs less one)")
+      ->check(CLI::Range(1, 65536));
+  command->add_option("--seed", *seed, "Seed of everything but the world");
+  AddOverrides(command, &options->overrides);
+  command->add_flag("--quiet", options->quiet, "No status line");
+  command->callback([options, seed, commands] {
+    if (!seed->empty()) options->overrides.push_back("seed=" + *seed);
+    commands->run = [options] { return Train(*options, MakeTelemetryStatus); };
+  });
+}
+
+void AddPlan(CLI::App* app, Commands* commands) {
+  auto options = std::make_shared<PlanOptions>();
+  CLI::App* command = app->add_subcommand("plan", "Build the roadmap of an experiment's world and draw it");
+  command->add_option("file", options->file, "Experiment file")->required();
+  command->add_option("--svg", options->svg, "Picture to write");
+  command->add_flag("--json", options->json, "Print one JSON object");
+  AddOverrides(command, &options->overrides);
+  command->callback([options, commands] { commands->run = [options] { return Plan(*options); }; });
+}
+
+void AddSpy(CLI::App* app, Commands* commands) {
+  auto options = std::make_shared<SpyOptions>();
+  CLI::App* command = app->add_subcommand("spy", "Watch the messages of a run with lcm-spy");
+  command->add_option("run_dir", options->run_dir, "Run directory (default: the transport's default ports)");
+  command->add_option("--plane", options->plane, "telemetry (default), experience, control or tables");
+  command->callback([options, commands] { commands->run = [options] { return Spy(*options); }; });
+}
+
+// `cairn actor …` becomes `cairn-actor …`, arguments untouched.
+[[noreturn]] void ExecProcess(const std::string& kind, char** arguments) {
+  std::string program = SiblingProgram("cairn-" + kind);
+  std::vector<char*> argv{program.data()};
+  while (*arguments != nullptr) argv.push_back(*arguments++);
+  argv.push_back(nullptr);
+  execv(program.c_str(), argv.data());
+  ThrowError("cannot start {}: {}", program, std::strerror(errno));
+}
+
+void AddProcess(CLI::App* app, const std::string& kind, const std::string& description) {
+  app->add_subcommand(kind, description);  // listed here; RunCommandLine hands it over before parsing
+}
+
+bool IsProcess(const std::string& word) { return word == "planner" || word == "learner" || word == "actor"; }
+
+}  // namespace
+
+int RunCommandLine(int argc, char** argv, int64_t launch_utime_us) {
+  if (argc > 1 && IsProcess(argv[1])) ExecProcess(argv[1], argv + 2);
+  CLI::App app("Cairn trains navigation policies for cluttered places.", "cairn");
+  app.set_version_flag("--version", fmt::format("cairn {} ({})", ProjectVersion(), GitRevision()));
+  app.require_subcommand(1);
+  Commands commands;
+  AddTrain(&app, &commands, launch_utime_us);
+  AddPlan(&app, &commands);
+  AddSpy(&app, &commands);
+  AddProcess(&app, "planner", "Run one planner process (see cairn planner --help)");
+  AddProcess(&app, "learner", "Run one learner process (see cairn learner --help)");
+  AddProcess(&app, "actor", "Run one actor process (see cairn actor --help)");
+  if (!ParseCommandLine(&app, argc, argv)) return 0;
+  return commands.run();
+}
+
+}  // namespace cairn::deploy

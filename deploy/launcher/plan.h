@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace cairn::deploy {
+
+/// What was typed after `cairn plan`.
+struct PlanOptions {
+  std::string file;
+  std::string svg;  ///< picture to write; empty: none
+  bool json = false;
+  std::vector<std::string> overrides;
+};
+
+/// Builds the roadmap and cost table of an experiment, prints what came out and draws it. The same seed prints the same
+/// bytes, but for the build time. Returns 0; throws UsageError or Error.
+int Plan(const PlanOptions& options);
+
+}  // namespace cairn::deploy

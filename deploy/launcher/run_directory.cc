@@ -1,0 +1,146 @@
+#include "deploy/launcher/run_directory.h"
+
+#include <sys/stat.h>
+
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "common/core/check.h"
+#include "common/core/files.h"
+#include "common/core/version.h"
+
+namespace cairn::deploy {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Any of these means that another run lives or lived here.
+constexpr const char* kRunFiles[] = {"experiment.textproto", "run.json", "summary.json", "episodes.csv", "checkpoints"};
+
+std::string DefaultPath(const std::string& name) {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  char date[32];
+  std::strftime(date, sizeof(date), "%Y%m%d-%H%M%S", &local);
+  const std::string base = fmt::format("runs/{}-{}", name, date);
+  std::string path = base;
+  for (int i = 2; fs::exists(path); ++i) path = fmt::format("{}-{}", base, i);
+  return path;
+}
+
+// Removes what was made here when the creation does not succeed.
+class Undo {
+ public:
+  ~Undo() {
+    std::error_code ignored;
+    for (auto it = made_.rbegin(); it != made_.rend(); ++it) fs::remove(*it, ignored);  // a directory only when empty
+  }
+  void Made(const fs::path& path) { made_.push_back(path); }
+  void Keep() { made_.clear(); }
+
+ private:
+  std::vector<fs::path> made_;
+};
+
+// Makes one directory; false when there is one already.
+bool MakeDirectory(const fs::path& path, Undo* undo) {
+  if (mkdir(path.c_str(), 0777) == 0) {
+    undo->Made(path);
+    return true;
+  }
+  const int error = errno;
+  if (error == EEXIST && fs::is_directory(path)) return false;
+  ThrowError("run directory {}: {}", path.string(), std::strerror(error));
+}
+
+void MakeParents(const fs::path& path, Undo* undo) {
+  if (path.empty() || fs::is_directory(path)) return;
+  MakeParents(path.parent_path(), undo);
+  MakeDirectory(path, undo);
+}
+
+[[noreturn]] void ThrowTaken(const std::string& path, const std::string& what) {
+  ThrowUsageError("--run-dir {}: it already holds a run ({}); give another directory", path, what);
+}
+
+template <typename T>
+T Get(const nlohmann::json& json, const char* key) {
+  return json.at(key).get<T>();
+}
+
+}  // namespace
+
+RunDirectory RunDirectory::Create(const std::string& path, const std::string& name, const std::string& resolved_text) {
+  RunDirectory directory(fs::absolute(path.empty() ? DefaultPath(name) : path).lexically_normal().string());
+  while (directory.path_.size() > 1 && directory.path_.back() == '/') directory.path_.pop_back();
+  CheckVacant(directory.path_);
+  Undo undo;
+  MakeParents(directory.path_, &undo);
+  // Whoever makes this one owns the run, should two start at the same moment.
+  if (!MakeDirectory(directory.path_ + "/checkpoints", &undo)) ThrowTaken(directory.path_, "checkpoints");
+  MakeDirectory(directory.path_ + "/log", &undo);
+  undo.Made(directory.experiment_file());
+  WriteFileAtomically(directory.experiment_file(), resolved_text);
+  undo.Keep();
+  return directory;
+}
+
+void RunDirectory::CheckVacant(const std::string& path) {
+  for (const char* file : kRunFiles) {
+    if (fs::exists(fs::path(path) / file)) ThrowTaken(path, file);
+  }
+}
+
+RunDirectory RunDirectory::Open(const std::string& path) {
+  RunDirectory directory(fs::absolute(path).lexically_normal().string());
+  if (!fs::is_directory(directory.path_)) ThrowUsageError("run directory {}: there is no such directory", path);
+  if (!fs::exists(directory.experiment_file())) {
+    ThrowUsageError("run directory {}: it holds no experiment.textproto, so it is not a run", path);
+  }
+  return directory;
+}
+
+void WriteRunInfo(const RunDirectory& directory, const RunInfo& info) {
+  nlohmann::ordered_json json;
+  json["pid"] = info.pid;
+  json["run_id"] = fmt::format("{:x}", info.run_id);
+  json["group"] = info.bus.group;
+  json["base_port"] = info.bus.base_port;
+  json["ttl"] = info.bus.ttl;
+  for (int plane = 0; plane < kNumPlanes; ++plane) {
+    json["urls"][PlaneName(static_cast<Plane>(plane))] = PlaneUrl(info.bus, static_cast<Plane>(plane));
+  }
+  json["network_namespace"] = info.network.inode;
+  json["private_network"] = info.network.is_private;
+  json["user_namespace"] = info.network.user_namespace;
+  json["actors"] = info.actors;
+  json["git_revision"] = GitRevision();
+  WriteFileAtomically(directory.info_file(), json.dump(2) + "\n");
+}
+
+RunInfo ReadRunInfo(const RunDirectory& directory) {
+  std::ifstream file(directory.info_file());
+  if (!file)
+    ThrowUsageError("{}: there is no such file; was this run started by `cairn train`?", directory.info_file());
+  try {
+    const nlohmann::json json = nlohmann::json::parse(file);
+    RunInfo info;
+    info.pid = Get<int64_t>(json, "pid");
+    info.run_id = std::stoll(Get<std::string>(json, "run_id"), nullptr, 16);
+    info.bus.group = Get<std::string>(json, "group");
+    info.bus.base_port = Get<int>(json, "base_port");
+    info.bus.ttl = Get<int>(json, "ttl");
+    info.bus.run_id = info.run_id;
+    info.network = {Get<bool>(json, "private_network"), Get<bool>(json, "user_namespace"),
+                    Get<uint64_t>(json, "network_namespace")};
+    info.actors = Get<int>(json, "actors");
+    return info;
+  } catch (const std::exception& error) {
+    ThrowUsageError("{}: not a run description: {}", directory.info_file(), error.what());
+  }
+}
+
+}  // namespace cairn::deploy

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/bus/bus.h"
+#include "deploy/launcher/network.h"
+
+namespace cairn::deploy {
+
+/// The directory of one run: experiment.textproto, run.json, log/, checkpoints/ and what the learner adds.
+class RunDirectory {
+ public:
+  /// Creates `path`, or runs/<name>-<date>-<time> when it is empty, with its sub-directories and the experiment as
+  /// resolved. Other files in it are left alone. Throws UsageError when it already holds a run, Error when it cannot be
+  /// written (disk full, …); nothing half-written is left then.
+  static RunDirectory Create(const std::string& path, const std::string& name, const std::string& resolved_text);
+
+  /// Throws UsageError when `path` already holds a run.
+  static void CheckVacant(const std::string& path);
+
+  /// A run that exists; throws UsageError naming what is missing.
+  static RunDirectory Open(const std::string& path);
+
+  const std::string& path() const { return path_; }
+  std::string experiment_file() const { return path_ + "/experiment.textproto"; }
+  std::string info_file() const { return path_ + "/run.json"; }
+  std::string log_file(const std::string& process) const { return path_ + "/log/" + process + ".log"; }
+  std::string policy_file(const std::string& which) const { return path_ + "/checkpoints/" + which + ".policy"; }
+
+ private:
+  explicit RunDirectory(std::string path) : path_(std::move(path)) {}
+
+  std::string path_;
+};
+
+/// run.json: where a run can be met.
+struct RunInfo {
+  int64_t pid = 0;  ///< of the launcher
+  int64_t run_id = 0;
+  BusConfig bus;  ///< group, base port and ttl
+  NetworkInfo network;
+  int actors = 0;
+};
+
+void WriteRunInfo(const RunDirectory& directory, const RunInfo& info);
+
+/// Throws UsageError naming the file and what is wrong with it.
+RunInfo ReadRunInfo(const RunDirectory& directory);
+
+}  // namespace cairn::deploy

@@ -1,0 +1,41 @@
+#include "deploy/launcher/telemetry_status.h"
+
+#include <memory>
+
+namespace cairn::deploy {
+namespace {
+
+RunStatus ToStatus(const LearnerTelemetry& telemetry) {
+  RunStatus status;
+  status.env_steps = telemetry.env_steps;
+  status.total_env_steps = telemetry.total_env_steps;
+  status.env_steps_per_s = telemetry.env_steps_per_s;
+  status.updates_per_s = telemetry.updates_per_s;
+  status.success_rate = telemetry.success_rate;
+  status.consumption_env_steps = telemetry.consumption_env_steps;
+  status.phase = telemetry.phase;
+  return status;
+}
+
+// The bus and what it heard last; handlers run inside Poll, on the caller's thread.
+struct Listener {
+  explicit Listener(const BusConfig& config) : bus(config) {
+    bus.Subscribe<LearnerTelemetry>(
+        Plane::kTelemetry, kLearnerChannel,
+        [this](const LearnerTelemetry& telemetry, const FrameInfo&) { newest = ToStatus(telemetry); });
+  }
+  Bus bus;
+  std::optional<RunStatus> newest;
+};
+
+}  // namespace
+
+StatusSource MakeTelemetryStatus(const BusConfig& bus) {
+  auto listener = std::make_shared<Listener>(bus);
+  return [listener] {
+    listener->bus.Poll(Duration::zero());
+    return listener->newest;
+  };
+}
+
+}  // namespace cairn::deploy

@@ -1,0 +1,178 @@
+#include "deploy/launcher/train.h"
+
+#include <unistd.h>
+
+#include <memory>
+
+#include "common/config/load.h"
+#include "common/config/process_options.h"
+#include "common/core/check.h"
+#include "common/core/clock.h"
+#include "common/core/hash.h"
+#include "common/core/log.h"
+#include "common/world/distance_field.h"
+#include "common/world/reachability.h"
+#include "deploy/launcher/cpus.h"
+#include "deploy/launcher/network.h"
+#include "deploy/launcher/port_block.h"
+#include "deploy/launcher/run_directory.h"
+#include "deploy/launcher/sibling.h"
+#include "deploy/launcher/supervisor.h"
+
+namespace cairn::deploy {
+namespace {
+
+void CheckActors(const TrainOptions& options, const Experiment& experiment) {
+  if (options.actors <= experiment.num_vehicles) return;
+  ThrowUsageError("--actors {}: num_vehicles = {}, and each actor needs at least one", options.actors,
+                  experiment.num_vehicles);
+}
+
+std::string ProgramOf(ProcessKind kind) { return SiblingProgram(std::string("cairn-") + ProcessName(kind)); }
+
+// What the planner would refuse, found before anything is written or started. Costs a few milliseconds.
+void CheckWorld(const Experiment& experiment) {
+  const World world = MakeWorld(experiment.world);
+  const DistanceField field(world, experiment.world.field_resolution);
+  Reachability(world, field, experiment.planner.radius).CheckStart();
+}
+
+// Holds what the run needs as long as it lasts, and starts its processes.
+class Training {
+ public:
+  Training(const TrainOptions& options, LoadedExperiment loaded)
+      : options_(options),
+        loaded_(std::move(loaded)),
+        num_actors_(options.actors > 0 ? options.actors : DefaultActors(loaded_.experiment.num_vehicles)),
+        network_(PrepareNetwork(loaded_.experiment.transport.group, loaded_.experiment.transport.ttl)),
+        ports_(PortBlock::Claim(loaded_.experiment.transport.base_port)),
+        directory_(RunDirectory::Create(options.run_dir, loaded_.experiment.name, loaded_.resolved_text)),
+        status_line_(stdout, StatusLine::ModeFor(stdout, options.quiet)) {
+    log::Init("cairn", directory_.log_file("launcher"));
+    const TransportConfig& transport = loaded_.experiment.transport;
+    bus_ = {transport.group, ports_.base_port(), transport.ttl, RandomId(), RandomId()};
+    WriteRunInfo(directory_, {getpid(), bus_.run_id, bus_, network_, num_actors_});
+  }
+
+  int Run(const MakeStatusSource& make_status_source) {
+    Announce();
+    if (make_status_source) source_ = make_status_source(bus_);
+    Supervisor supervisor(&signals_, MakeSupervisorConfig());
+    AddProcesses(&supervisor);
+    const RunEnd end = supervisor.Run();
+    UpdateStatus();
+    status_line_.Finish();
+    return Report(end);
+  }
+
+ private:
+  void Say(const std::string& line) {
+    log::Info("{}", line);
+    status_line_.Note(line);
+  }
+
+  void Announce() {
+    const LearnerConfig& learner = loaded_.experiment.learner;
+    Say(fmt::format("{}: {} actors, {} vehicles, run directory {}", loaded_.experiment.name, num_actors_,
+                    loaded_.experiment.num_vehicles, directory_.path()));
+    if (!ports_.note().empty()) Say(ports_.note());
+    if (network_.is_private) {
+      Say(fmt::format("no multicast route: running in a private network; look inside with: {}",
+                      LookInsideCommand(getpid(), network_)));
+    }
+    if (learner.learning_starts >= loaded_.experiment.total_env_steps) {
+      Say(fmt::format("learner.learning_starts = {} is not below total_env_steps = {}: nothing will be learnt",
+                      learner.learning_starts, loaded_.experiment.total_env_steps));
+    }
+  }
+
+  SupervisorConfig MakeSupervisorConfig() {
+    SupervisorConfig config;
+    config.tick = [this] { UpdateStatus(); };
+    config.note = [this](const std::string& line) { Say(line); };
+    return config;
+  }
+
+  void UpdateStatus() {
+    if (!source_) return;
+    if (const std::optional<RunStatus> status = source_()) status_line_.Update(*status);
+  }
+
+  ProcessOptions Options(const Supervisor& supervisor) const {
+    ProcessOptions options;
+    options.experiment = directory_.experiment_file();
+    options.run_dir = directory_.path();
+    options.run_id = bus_.run_id;
+    options.group = bus_.group;
+    options.base_port = bus_.base_port;
+    options.ttl = bus_.ttl;
+    options.parent_fd = supervisor.parent_fd();
+    options.actors = num_actors_;
+    options.launch_utime_us = options_.launch_utime_us;
+    return options;
+  }
+
+  Command MakeCommand(ProcessKind kind, const std::string& name, const ProcessOptions& options) const {
+    return {name, ProgramOf(kind), ToArguments(kind, options), directory_.log_file(name)};
+  }
+
+  void AddProcesses(Supervisor* supervisor) {
+    const ProcessOptions options = Options(*supervisor);
+    const auto add = [&](ProcessKind kind, Role role, const ProcessOptions& own) {
+      std::string name = ProcessName(kind);
+      if (kind == ProcessKind::kActor) name += fmt::format("-{}", own.actor_id);
+      const auto command = [this, kind, name, own](int generation) {
+        ProcessOptions next = own;
+        next.generation = generation;
+        return MakeCommand(kind, name, next);
+      };
+      supervisor->Add({name, role, command});
+    };
+    add(ProcessKind::kPlanner, Role::kService, options);
+    add(ProcessKind::kLearner, Role::kMain, options);
+    for (int id = 0; id < num_actors_; ++id) {
+      ProcessOptions own = options;
+      own.actor_id = id;
+      add(ProcessKind::kActor, Role::kWorker, own);
+    }
+  }
+
+  int Report(const RunEnd& end) {
+    if (end.exit_code > 128) {
+      Say(fmt::format("stopped; run directory {}", directory_.path()));
+      return end.exit_code;
+    }
+    if (end.exit_code == 2) throw UsageError(end.failure);
+    if (end.exit_code != 0) throw Error(end.failure);
+    std::string restarts;
+    if (end.restarts > 0) restarts = fmt::format(", {} actor restart{}", end.restarts, end.restarts > 1 ? "s" : "");
+    Say(fmt::format("done in {:.1f} s{}; run directory {}",
+                    1e-6 * static_cast<double>(MonotonicUs() - options_.launch_utime_us), restarts, directory_.path()));
+    return 0;
+  }
+
+  const TrainOptions& options_;
+  LoadedExperiment loaded_;
+  int num_actors_;
+  NetworkInfo network_;  // entered while single-threaded: before anything below
+  SignalEvents signals_;
+  PortBlock ports_;
+  RunDirectory directory_;
+  StatusLine status_line_;
+  BusConfig bus_;
+  StatusSource source_;
+};
+
+}  // namespace
+
+int Train(const TrainOptions& options, const MakeStatusSource& make_status_source) {
+  LoadedExperiment loaded = LoadExperiment(options.file, options.overrides);
+  CheckActors(options, loaded.experiment);
+  CheckWorld(loaded.experiment);
+  if (!options.run_dir.empty()) RunDirectory::CheckVacant(options.run_dir);
+  for (const auto kind : {ProcessKind::kPlanner, ProcessKind::kLearner, ProcessKind::kActor}) ProgramOf(kind);
+  Training training(options, std::move(loaded));
+  return training.Run(make_status_source);
+}
+
+}  // namespace cairn::deploy

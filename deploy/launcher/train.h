@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/bus/bus.h"
+#include "deploy/launcher/status_line.h"
+
+namespace cairn::deploy {
+
+/// What was typed after `cairn train`.
+struct TrainOptions {
+  std::string file;
+  std::string run_dir;  ///< empty: runs/<name>-<date>-<time>
+  int actors = 0;       ///< 0: DefaultActors
+  std::vector<std::string> overrides;
+  bool quiet = false;
+  int64_t launch_utime_us = 0;  ///< MonotonicUs() at the start of main
+};
+
+/// Newest status of the run, empty while there is none. Called from the main thread several times a second.
+using StatusSource = std::function<std::optional<RunStatus>()>;
+
+/// Makes the source when the run's ports and id are known; called after the private network has been entered.
+using MakeStatusSource = std::function<StatusSource(const BusConfig&)>;
+
+/// Runs an experiment to its end: checks, network, ports, run directory, processes, status line. Returns the exit code;
+/// throws UsageError or Error with one line for everything that goes wrong.
+int Train(const TrainOptions& options, const MakeStatusSource& make_status_source);
+
+}  // namespace cairn::deploy

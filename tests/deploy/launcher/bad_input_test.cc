@@ -1,0 +1,105 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "tests/deploy/launcher/test_support.h"
+
+// What a person can get wrong on the command line: exit code 2 and one line on stderr that names the thing.
+namespace cairn::deploy {
+namespace {
+
+constexpr const char* kCarMaze = CAIRN_SOURCE_DIR "/deploy/experiments/car_maze.textproto";
+
+struct BadInput {
+  std::vector<std::string> arguments;
+  std::vector<std::string> words;  // all of them in the line
+};
+
+class BadInputTest : public testing::Test {
+ protected:
+  void ExpectRefused(const BadInput& input, int exit_code = 2) {
+    std::vector<std::string> command{CAIRN_PROGRAM};
+    command.insert(command.end(), input.arguments.begin(), input.arguments.end());
+    const ProgramResult result = RunProgram(command, {"DISPLAY"});
+    EXPECT_EQ(result.exit_code, exit_code) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_EQ(result.err.rfind("cairn: error: ", 0), 0u) << result.err;
+    for (const std::string& word : input.words) EXPECT_THAT(result.err, testing::HasSubstr(word));
+  }
+
+  // `cairn train` on a text; nothing may be left behind.
+  void ExpectTrainRefused(const std::string& text, const std::vector<std::string>& words) {
+    WriteText(directory_ / "car.textproto", text);
+    ExpectRefused({{"train", directory_ / "car.textproto", "--run-dir", directory_ / "run"}, words});
+    EXPECT_FALSE(std::filesystem::exists(directory_ / "run"));
+  }
+
+  TemporaryDirectory directory_;
+};
+
+TEST_F(BadInputTest, CommandLine) {
+  ExpectRefused({{}, {"subcommand"}});
+  ExpectRefused({{"trian", kCarMaze}, {"trian", "train"}});
+  ExpectRefused({{"train"}, {"file"}});
+  ExpectRefused({{"train", kCarMaze, "--actor", "2"}, {"--actor", "--actors"}});
+  ExpectRefused({{"train", kCarMaze, "--actors", "0"}, {"--actors", "0"}});
+  ExpectRefused({{"train", kCarMaze, "--actors", "33"}, {"--actors 33", "num_vehicles = 32"}});
+  ExpectRefused({{"train", kCarMaze, "--seed", "abc"}, {"seed=abc", "whole number"}});
+  ExpectRefused({{"train", "/nonexistent.textproto"}, {"/nonexistent.textproto", "No such file"}});
+}
+
+TEST_F(BadInputTest, Experiment) {
+  ExpectTrainRefused("learner { batchsize: 3 }", {"car.textproto:1", "learner.batchsize", "learner.batch_size"});
+  ExpectTrainRefused("learner { batch_size: many }", {"car.textproto:1", "learner.batch_size", "many"});
+  ExpectTrainRefused("learner { gamma: nan }", {"learner.gamma = nan"});
+  ExpectTrainRefused("\n\nnum_vehicles: 0", {"car.textproto:3", "num_vehicles = 0", "[1, 65536]"});
+}
+
+TEST_F(BadInputTest, Override) {
+  ExpectRefused({{"train", kCarMaze, "--set", "learner.gamma=2"}, {"--set learner.gamma=2", "[0, 1]"}});
+  ExpectRefused({{"plan", kCarMaze, "--set", "learner.gama=1"}, {"learner.gama", "learner.gamma"}});
+}
+
+constexpr const char* kBoxes = "world { kind: BOXES bounds { max { x: 2 y: 1 } } start { max { x: .3 y: .3 } } ";
+
+TEST_F(BadInputTest, GoalInsideAWall) {
+  ExpectTrainRefused(std::string(kBoxes) +
+                         "goal { min { x: 1.5 y: 0.5 } max { x: 1.6 y: 0.6 } } "
+                         "obstacles { min { x: 1.4 y: 0.4 } max { x: 1.7 y: 0.7 } } }",
+                     {"world.goal"});
+}
+
+TEST_F(BadInputTest, UnreachableGoal) {
+  ExpectTrainRefused(std::string(kBoxes) +
+                         "goal { min { x: 1.5 y: 0.3 } max { x: 1.9 y: 0.7 } } "
+                         "obstacles { min { x: 1 y: 0 } max { x: 1.1 y: 1 } } }",
+                     {"world.start"});
+}
+
+TEST_F(BadInputTest, EtaTooLarge) {
+  ExpectRefused({{"plan", kCarMaze, "--set", "planner.eta=0.3"}, {"planner.eta = 0.3", "largest eta that passes"}});
+}
+
+TEST_F(BadInputTest, RunDirectoryTaken) {
+  WriteText(directory_ / "summary.json", "{}");
+  ExpectRefused({{"train", kCarMaze, "--run-dir", directory_.path()}, {"--run-dir", "already holds a run"}});
+}
+
+TEST_F(BadInputTest, Spy) {
+  ExpectRefused({{"spy", "--plane", "telemetri"}, {"--plane telemetri", "nearest is telemetry"}});
+  ExpectRefused({{"spy"}, {"DISPLAY"}}, 1);
+}
+
+TEST_F(BadInputTest, HelpAndVersionAreNoErrors) {
+  for (const char* word : {"--help", "--version"}) {
+    const ProgramResult result = RunProgram({CAIRN_PROGRAM, word});
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_NE(result.out, "");
+    EXPECT_EQ(result.err, "");
+  }
+}
+
+}  // namespace
+}  // namespace cairn::deploy
