@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Fails when the papers do not match the tree: a folder without its three-line README, a wire field without unit and
-meaning, a message type that docs/messages.md or lcmtypes/README.md does not know, a link to nowhere.
+meaning, a message type that docs/messages.md or lcmtypes/README.md does not know, a function or test that the docs
+name and nobody wrote, a link to nowhere.
 Usage: docs.py ROOT; docs.py ROOT --write brings the field tables of docs/messages.md up to date."""
 
 import pathlib
@@ -93,6 +94,21 @@ def link_problems(root):
                 yield f"{page.relative_to(root)}: link to {link}, which does not exist"
 
 
+def symbol_problems(root):
+    """Names like `Reward::Evaluate` and `ReplayBufferTest.SumsNSteps` in docs/algorithms.md must exist."""
+    sources = [f.read_text(encoding="utf-8") for top in SOURCE_FOLDERS for f in (root / top).rglob("*")
+               if f.suffix in {".h", ".cc"}]
+    words = set(re.findall(r"\w+", "\n".join(sources)))
+    tests = {f"{m[0]}.{m[1]}" for text in sources
+             for m in re.findall(r"^(?:TYPED_)?TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\)", text, re.MULTILINE)}
+    page = (root / "docs/algorithms.md").read_text(encoding="utf-8")
+    for name in sorted(set(re.findall(r"`([^`\s]+)`", page))):
+        if re.fullmatch(r"\w+Test\.\w+", name) and name not in tests:
+            yield f"docs/algorithms.md: there is no test {name}"
+        if re.fullmatch(r"\w+(::\w+)+", name) and not set(name.split("::")) <= words:
+            yield f"docs/algorithms.md: there is no {name}"
+
+
 def write_field_tables(root):
     page = root / "docs/messages.md"
     page.write_text(with_field_tables(page.read_text(encoding="utf-8"), lcm_types(root)), encoding="utf-8")
@@ -104,6 +120,6 @@ if __name__ == "__main__":
     tree = pathlib.Path(sys.argv[1]).resolve()
     if sys.argv[2:]:
         write_field_tables(tree)
-    problems = [*readme_problems(tree), *message_problems(tree), *link_problems(tree)]
+    problems = [*readme_problems(tree), *message_problems(tree), *symbol_problems(tree), *link_problems(tree)]
     print("\n".join(problems) or "ok")
     sys.exit(1 if problems else 0)
