@@ -13,6 +13,7 @@ class BatchRandom {
   enum class Purpose : uint32_t { kReplayRows = 1, kNoise = 2, kNextNoise = 3 };
 
   explicit BatchRandom(uint64_t seed);
+  explicit BatchRandom(std::array<uint32_t, 2> key) : key_(key) {}
 
   /// `n` integers, uniform over 32 bits.
   void Bits(Purpose purpose, int64_t draw, int n, uint32_t* out) const;

@@ -31,6 +31,8 @@ class Sac {
 
   double alpha() const;
   double log_alpha() const { return log_alpha_; }
+  void SetLogAlpha(double log_alpha) { log_alpha_ = log_alpha; }
+  const Mlp<Scalar>& policy_mlp() const { return policy_mlp_; }
   TrainedMlp<Scalar>& policy() { return policy_; }
   const TrainedMlp<Scalar>& policy() const { return policy_; }
   TwinCritic<Scalar>& critics() { return critics_; }

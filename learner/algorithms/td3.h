@@ -28,6 +28,7 @@ class Td3 {
   /// How often at least `between_chunks` is called in an update.
   int num_pauses() const { return chunks_.count(); }
 
+  const Mlp<Scalar>& policy_mlp() const { return policy_mlp_; }
   TrainedMlp<Scalar>& policy() { return policy_; }
   const TrainedMlp<Scalar>& policy() const { return policy_; }
   const MlpWeights<Scalar>& policy_target() const { return policy_target_; }

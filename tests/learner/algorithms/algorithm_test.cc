@@ -1,0 +1,204 @@
+#include "learner/algorithms/algorithm.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "common/core/check.h"
+#include "common/core/random.h"
+#include "tests/learner/algorithms/pendulum.h"
+
+namespace cairn::learner {
+namespace {
+
+PolicyShape Shape(const LearnerConfig& config) {
+  PolicyShape shape;
+  shape.head = config.algorithm == LearnerConfig::Algorithm::kSac ? PolicyShape::Head::kGaussian
+                                                                  : PolicyShape::Head::kDeterministic;
+  shape.observation_size = Pendulum::kObservationSize;
+  shape.action_size = Pendulum::kActionSize;
+  shape.net_arch = config.net_arch;
+  return shape;
+}
+
+Segment RandomSegment(int steps, uint32_t index) {
+  RandomStream random(21, RandomPurpose::kTest, index);
+  Segment segment;
+  segment.end = SegmentEnd::kTerminated;
+  segment.observations.resize(static_cast<size_t>(steps + 1) * Pendulum::kObservationSize);
+  segment.actions.resize(steps);
+  segment.rewards.resize(steps);
+  for (auto* values : {&segment.observations, &segment.actions, &segment.rewards}) {
+    for (float& v : *values) v = static_cast<float>(random.Uniform(-1.0, 1.0));
+  }
+  return segment;
+}
+
+class AlgorithmTest : public testing::TestWithParam<LearnerConfig::Algorithm> {
+ protected:
+  AlgorithmTest() : replay_(2000, Pendulum::kObservationSize, Pendulum::kActionSize, 1, 0.99) {
+    config_.algorithm = GetParam();
+    config_.target_entropy = -1;
+    config_.batch_size = 200;
+    replay_.Insert(RandomSegment(1500, 0));
+  }
+
+  std::unique_ptr<Algorithm> Make(uint64_t seed) { return MakeAlgorithm(config_, Shape(config_), seed); }
+
+  LearnerConfig config_;
+  ReplayBuffer replay_;
+};
+
+TEST_P(AlgorithmTest, SameSeedSameBits) {
+  const auto a = Make(1), b = Make(1), c = Make(2);
+  EXPECT_EQ(a->WeightsCrc32c(), b->WeightsCrc32c());
+  EXPECT_NE(a->WeightsCrc32c(), c->WeightsCrc32c());
+  a->Update(replay_, 30, 0.0);
+  for (int i = 0; i < 3; ++i) b->Update(replay_, 10, 0.0);  // nor does it matter how updates are grouped
+  EXPECT_EQ(a->WeightsCrc32c(), b->WeightsCrc32c());
+  EXPECT_EQ(
+      std::memcmp(a->policy_parameters().data(), b->policy_parameters().data(), a->policy_parameters().size_bytes()),
+      0);
+}
+
+TEST_P(AlgorithmTest, WeightsCrcSeesEveryUpdate) {
+  const auto algorithm = Make(1);
+  const uint32_t before = algorithm->WeightsCrc32c();
+  algorithm->Update(replay_, 1, 0.0);
+  EXPECT_NE(algorithm->WeightsCrc32c(), before);
+}
+
+TEST_P(AlgorithmTest, InfoIsTheMeanSinceTheLastCall) {
+  const auto whole = Make(1), parts = Make(1);
+  whole->Update(replay_, 4, 0.0);
+  const UpdateInfo mean = whole->TakeInfo();
+  parts->Update(replay_, 2, 0.0);
+  const UpdateInfo first = parts->TakeInfo();
+  parts->Update(replay_, 2, 0.0);
+  const UpdateInfo second = parts->TakeInfo();
+  EXPECT_EQ(mean.num_updates, 4);
+  EXPECT_EQ(second.num_updates, 4);
+  EXPECT_NEAR(mean.critic_loss, 0.5 * (first.critic_loss + second.critic_loss), 1e-12);
+  EXPECT_NEAR(mean.actor_loss, 0.5 * (first.actor_loss + second.actor_loss), 1e-12);
+  EXPECT_EQ(mean.num_actor_updates, first.num_actor_updates + second.num_actor_updates);
+}
+
+TEST_P(AlgorithmTest, LearningRateDecaysWithProgress) {
+  config_.final_learning_rate_fraction = 0.0;
+  const auto at_end = Make(1);
+  const std::vector<float> before(at_end->policy_parameters().begin(), at_end->policy_parameters().end());
+  at_end->Update(replay_, 4, 1.0);
+  EXPECT_EQ(std::memcmp(before.data(), at_end->policy_parameters().data(), before.size() * sizeof(float)), 0);
+  at_end->Update(replay_, 4, 0.5);
+  EXPECT_NE(std::memcmp(before.data(), at_end->policy_parameters().data(), before.size() * sizeof(float)), 0);
+}
+
+TEST_P(AlgorithmTest, NonFiniteRewardStopsWithItsLossNamed) {
+  Segment segment = RandomSegment(2000, 1);
+  for (float& reward : segment.rewards) reward = std::numeric_limits<float>::quiet_NaN();
+  replay_.Insert(segment);
+  try {
+    Make(1)->Update(replay_, 1, 0.0);
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("critic_loss"));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(SacAndTd3, AlgorithmTest,
+                         testing::Values(LearnerConfig::Algorithm::kSac, LearnerConfig::Algorithm::kTd3),
+                         [](const auto& test) { return test.param == LearnerConfig::Algorithm::kSac ? "Sac" : "Td3"; });
+
+/// Policy, replay and algorithm on one pendulum.
+class PendulumRun {
+ public:
+  PendulumRun(const LearnerConfig& config, uint64_t seed)
+      : config_(config),
+        algorithm_(MakeAlgorithm(config, Shape(config), seed)),
+        replay_(config.buffer_size, 3, 1, config.n_steps, config.gamma),
+        policy_(Shape(config), 1),
+        start_(seed, RandomPurpose::kStart),
+        noise_(seed, RandomPurpose::kExploration) {}
+
+  void Train(int steps) {
+    for (int step = 0; step < steps; ++step) {
+      if (step % Pendulum::kEpisodeSteps == 0) pendulum_.Reset(&start_);
+      const bool last = step % Pendulum::kEpisodeSteps == Pendulum::kEpisodeSteps - 1;
+      const auto observation = pendulum_.observation();
+      const float action = Explore(observation, step);
+      Segment segment;
+      segment.observations.assign(observation.begin(), observation.end());
+      segment.actions = {action};
+      segment.rewards = {pendulum_.Step(action)};
+      const auto next = pendulum_.observation();
+      segment.observations.insert(segment.observations.end(), next.begin(), next.end());
+      segment.end = last ? SegmentEnd::kTruncated : SegmentEnd::kNone;
+      replay_.Insert(segment);
+      if (step >= config_.learning_starts) algorithm_->Update(replay_, 1, static_cast<double>(step) / steps);
+    }
+  }
+
+  double MeanReturn(int episodes) {
+    policy_.SetParameters(algorithm_->policy_parameters());
+    double sum = 0;
+    for (int i = 0; i < episodes * Pendulum::kEpisodeSteps; ++i) {
+      if (i % Pendulum::kEpisodeSteps == 0) pendulum_.Reset(&start_);
+      float action;
+      policy_.Act(pendulum_.observation().data(), 1, &action);
+      sum += pendulum_.Step(action);
+    }
+    return sum / episodes;
+  }
+
+ private:
+  float Explore(const std::array<float, 3>& observation, int step) {
+    if (step < config_.learning_starts) return static_cast<float>(noise_.Uniform(-1.0, 1.0));
+    policy_.SetParameters(algorithm_->policy_parameters());
+    const auto normal = static_cast<float>(noise_.Normal());
+    float action;
+    policy_.Explore(observation.data(), 1, &normal, static_cast<float>(config_.action_noise), &action);
+    return action;
+  }
+
+  LearnerConfig config_;
+  std::unique_ptr<Algorithm> algorithm_;
+  ReplayBuffer replay_;
+  Policy policy_;
+  Pendulum pendulum_;
+  RandomStream start_, noise_;
+};
+
+TEST(PendulumTest, SacSwingsUpWithinTenThousandSteps) {
+  LearnerConfig config;
+  config.batch_size = 100;
+  config.buffer_size = 10000;
+  config.learning_starts = 1000;
+  config.n_steps = 1;
+  config.initial_alpha = 1.0;
+  config.target_entropy = -1;
+  PendulumRun run(config, 1);
+  EXPECT_LT(run.MeanReturn(20), -800.0) << "not solved by chance";
+  run.Train(10000);
+  const double mean_return = run.MeanReturn(20);
+  RecordProperty("mean_return", std::to_string(mean_return));
+  EXPECT_GE(mean_return, -200.0);
+}
+
+TEST(PendulumTest, Td3SwingsUpToo) {
+  LearnerConfig config;
+  config.algorithm = LearnerConfig::Algorithm::kTd3;
+  config.batch_size = 100;
+  config.buffer_size = 10000;
+  config.learning_starts = 1000;
+  config.n_steps = 1;
+  PendulumRun run(config, 1);
+  run.Train(10000);
+  EXPECT_GE(run.MeanReturn(20), -250.0);
+}
+
+}  // namespace
+}  // namespace cairn::learner
