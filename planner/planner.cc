@@ -40,6 +40,12 @@ double ThinnestWall(const World& world) {
   return thinnest;
 }
 
+// The largest number of four digits below x > 0.
+double FourDigitsBelow(double x) {
+  const double unit = std::pow(10, std::floor(std::log10(x)) - 3);
+  return (std::ceil(x / unit * (1 - 1e-9)) - 1) * unit;
+}
+
 // D(s) reads through a wall when a vertex on its far side (planning radius away) comes within r_ball of a robot that
 // touches its near side (inscribed radius away).
 void CheckConfig(const World& world, const PlannerConfig& config, double inscribed_radius) {
@@ -50,7 +56,7 @@ void CheckConfig(const World& world, const PlannerConfig& config, double inscrib
     ThrowUsageError(
         "planner.eta = {} m: r_ball = eta / 2 must be less than thinnest wall + planner.radius + inscribed radius = "
         "{:.6g} m, or costs are read through walls; the largest eta that passes is {:.6g} m",
-        config.eta, limit, 2 * limit * (1 - 1e-6));
+        config.eta, limit, FourDigitsBelow(2 * limit));
   }
   if (!(config.min_spacing >= 0 && config.min_spacing <= config.r_ball())) {
     ThrowUsageError("planner.min_spacing = {} m: must be in [0, {:.6g}] (eta / 2), or vertices cannot cover free space",

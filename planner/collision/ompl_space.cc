@@ -7,6 +7,8 @@
 #include <ompl/base/spaces/RealVectorStateSpace.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <memory>
 #include <utility>
 
@@ -92,7 +94,7 @@ class RegionGoal : public ob::GoalRegion {
  public:
   RegionGoal(const ob::SpaceInformationPtr& information, int dimension, const Box& region)
       : ob::GoalRegion(information), dimension_(dimension), region_(region) {
-    setThreshold(0);
+    setThreshold(std::numeric_limits<double>::min());  // OMPL asks for distance < threshold, inside it is 0
   }
   double distanceGoal(const ob::State* state) const override {
     return std::max(0.0, SignedDistance(region_, ToPosition(state, dimension_), dimension_));
