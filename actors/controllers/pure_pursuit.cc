@@ -15,6 +15,7 @@ PurePursuit::PurePursuit(std::shared_ptr<const Scene> scene, const PurePursuitPa
 PlannerConfig PurePursuit::Planner(const Experiment& experiment, const PurePursuitParams& params) {
   PlannerConfig planner = experiment.planner;
   planner.radius = params.planning_radius * experiment.vehicle.circumscribed_radius();
+  planner.min_spacing = params.min_spacing * experiment.vehicle.circumscribed_radius();
   return planner;
 }
 
@@ -38,14 +39,16 @@ void PurePursuit::Drive(const Pose& pose, double& speed, double& yaw_rate) const
   const Vector3d gap = scene_->lookup().PointAlong(p, entry, params_.look_ahead * radius_) - p;
   const double angle = std::remainder(std::atan2(gap.y(), gap.x()) - pose.yaw, 2 * M_PI);
   const double limit = vehicle.max_yaw_rate;
-  if (std::abs(angle) > params_.turn_angle) {
+  const double front = FrontClearance(pose);
+  const bool blocked = front < params_.blocked_distance * radius_;
+  if (std::abs(angle) > (blocked ? params_.blocked_angle : params_.turn_angle)) {
     yaw_rate = std::clamp(angle / params_.turn_time, -limit, limit);
     return;
   }
   // The circle through p along the heading and through the pursued point: curvature 2 sin(angle) / distance.
   const double curvature = 2 * std::sin(angle) / std::max(gap.norm(), 1e-3 * radius_);
   const double top = vehicle.max_speed;
-  const double approach = top * FrontClearance(pose) / (params_.approach_distance * radius_);
+  const double approach = top * front / (params_.approach_distance * radius_);
   speed = std::min({params_.cruise_speed * top * std::cos(angle), std::max(params_.creep_speed * top, approach),
                     limit / std::max(std::abs(curvature), 1e-9)});
   yaw_rate = std::clamp(speed * curvature, -limit, limit);
