@@ -182,7 +182,7 @@ void Coordinator::AcceptSegments(ActorRecord* actor, const Experience& experienc
     counters_.transitions_accepted += segment.num_steps();
     counters_.policy_lag_sum += static_cast<double>(newest_version_ - segment.policy_version);
     ++counters_.policy_lag_count;
-    segments_.push_back(segment);
+    harvest_.segments.push_back(segment);
   }
 }
 
@@ -204,7 +204,7 @@ void Coordinator::AcceptEpisodes(const ActorRecord& actor, const Experience& exp
   for (const EpisodeResult& result : experience.episodes) {
     if (result.set == StartSet::kTraining) {
       if (result.outcome == Outcome::kDiverged) fleet_.CloseDiverged(actor, result);
-      episodes_.push_back(result);
+      harvest_.episodes.push_back(result);
     } else {
       AcceptEvaluation(result);
     }
@@ -290,17 +290,18 @@ void Coordinator::GrantRound(int steps, int extra, bool warm_up) {
   SendControl(Clock::now());
 }
 
-std::optional<std::vector<Segment>> Coordinator::WaitRound() {
-  std::vector<Segment> round;
+std::optional<Harvest> Coordinator::WaitRound() {
+  Harvest round;
   {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return stopped_ || round_steps_missing_ == 0; });
     if (stopped_) return std::nullopt;
-    round.swap(segments_);
+    std::swap(round, harvest_);
   }
-  // Segments of one vehicle arrive in order; only the interleaving of vehicles depends on timing.
-  std::stable_sort(round.begin(), round.end(),
-                   [](const Segment& a, const Segment& b) { return a.vehicle < b.vehicle; });
+  // What one vehicle makes arrives in order; only the interleaving of vehicles depends on timing.
+  const auto by_vehicle = [](const auto& a, const auto& b) { return a.vehicle < b.vehicle; };
+  std::stable_sort(round.segments.begin(), round.segments.end(), by_vehicle);
+  std::stable_sort(round.episodes.begin(), round.episodes.end(), by_vehicle);
   return round;
 }
 
@@ -327,11 +328,11 @@ void Coordinator::DistributeCredit() {
   }
 }
 
-std::vector<Segment> Coordinator::TakeSegments(Duration timeout) {
+Harvest Coordinator::Take(Duration timeout) {
   std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, timeout, [this] { return stopped_ || !segments_.empty(); });
-  std::vector<Segment> taken;
-  taken.swap(segments_);
+  changed_.wait_for(lock, timeout, [this] { return stopped_ || !harvest_.segments.empty(); });
+  Harvest taken;
+  std::swap(taken, harvest_);
   return taken;
 }
 
@@ -365,13 +366,6 @@ std::vector<EvaluationReport> Coordinator::TakeEvaluations(bool wait) {
   if (wait) changed_.wait(lock, [this] { return stopped_ || evaluations_.empty(); });
   std::vector<EvaluationReport> taken;
   taken.swap(reports_);
-  return taken;
-}
-
-std::vector<EpisodeResult> Coordinator::TakeEpisodes() {
-  const std::lock_guard lock(mutex_);
-  std::vector<EpisodeResult> taken;
-  taken.swap(episodes_);
   return taken;
 }
 

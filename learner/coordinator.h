@@ -33,6 +33,12 @@ struct EvaluationReport {
   std::vector<EpisodeResult> results;  ///< by start index
 };
 
+/// What the actors made since it was last asked for.
+struct Harvest {
+  std::vector<Segment> segments;
+  std::vector<EpisodeResult> episodes;  ///< finished training episodes
+};
+
 /// What the stream and the books have seen.
 struct CoordinatorCounters {
   int64_t transitions_accepted = 0;
@@ -78,23 +84,21 @@ class Coordinator {
   /// LOCKSTEP: every vehicle makes `steps` steps with the newest published policy, the first `extra` vehicles one more.
   void GrantRound(int steps, int extra, bool warm_up);
 
-  /// LOCKSTEP: the granted round's segments, ordered by (vehicle, step), when all are there. Nullopt when stopped.
-  std::optional<std::vector<Segment>> WaitRound();
+  /// LOCKSTEP: the granted round when it is complete, ordered by (vehicle, step), so that it does not depend on timing
+  /// or on the number of actors. Nullopt when stopped.
+  std::optional<Harvest> WaitRound();
 
   /// ASYNC: total transitions that may be made so far; never lower than before.
   void SetAllowed(int64_t allowed, bool warm_up);
 
   /// ASYNC: what has come in since the last call, in order of arrival; waits up to `timeout` for something.
-  std::vector<Segment> TakeSegments(Duration timeout);
+  Harvest Take(Duration timeout);
 
   /// Queues an evaluation of the policy with these parameters, which need not be the newest.
   void Evaluate(const EvaluationRequest& request, std::span<const float> parameters);
 
   /// Finished evaluations in the order of their requests; with `wait`, blocks until the queue is empty or Stop.
   std::vector<EvaluationReport> TakeEvaluations(bool wait);
-
-  /// Finished training episodes since the last call, in order of arrival.
-  std::vector<EpisodeResult> TakeEpisodes();
 
   CoordinatorCounters counters() const;
   TableInfo table_info() const;
@@ -142,8 +146,7 @@ class Coordinator {
   int64_t newest_version_ = 0;
   std::map<int64_t, SharedParameters> policies_;
   std::map<int64_t, TimePoint> policy_sent_at_;
-  std::vector<Segment> segments_;
-  std::vector<EpisodeResult> episodes_;
+  Harvest harvest_;
   std::deque<PendingEvaluation> evaluations_;
   std::vector<EvaluationReport> reports_;
   int64_t next_evaluation_id_ = 1;

@@ -51,7 +51,7 @@ void Learner::Run() {
 void Learner::RunLockstep() {
   GrantNextRound();
   while (env_steps_ < experiment_.total_env_steps) {
-    const std::optional<std::vector<Segment>> round = coordinator_.WaitRound();
+    const std::optional<Harvest> round = coordinator_.WaitRound();
     if (!round) return;
     if (experiment_.lockstep.overlap) GrantNextRound();
     Insert(*round);
@@ -85,7 +85,7 @@ void Learner::RunAsync() {
                              ? experiment_.total_env_steps
                              : config.learning_starts + updates_ / config.gradient_steps * config.train_freq;
     coordinator_.SetAllowed(paid + experiment_.async.error_buffer, env_steps_ < config.learning_starts);
-    Insert(coordinator_.TakeSegments(UpdatesDue() > 0 ? Duration::zero() : Duration(milliseconds(5))));
+    Insert(coordinator_.Take(UpdatesDue() > 0 ? Duration::zero() : Duration(milliseconds(5))));
     if (coordinator_.stopped()) return;
     Train(kAsyncUpdatesPerTurn);
     if (Clock::now() - published > milliseconds(20)) {
@@ -100,12 +100,12 @@ void Learner::RunAsync() {
   evaluation_.Visit(env_steps_, updates_, algorithm_->policy_parameters());
 }
 
-void Learner::Insert(const std::vector<Segment>& segments) {
-  for (const Segment& segment : segments) {
+void Learner::Insert(const Harvest& harvest) {
+  for (const Segment& segment : harvest.segments) {
     env_steps_ += replay_.Insert(segment);
     audit_.Add(segment, shape_.observation_size, shape_.action_size);
   }
-  report_.OnEpisodes(coordinator_.TakeEpisodes(), env_steps_);
+  report_.OnEpisodes(harvest.episodes, env_steps_);
 }
 
 int64_t Learner::UpdatesDue() const {

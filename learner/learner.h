@@ -43,7 +43,7 @@ class Learner {
   void RunLockstep();
   void RunAsync();
   void GrantNextRound();
-  void Insert(const std::vector<Segment>& segments);
+  void Insert(const Harvest& harvest);
   /// Makes the updates that the env steps so far pay for, at most `limit`; returns how many it made.
   int64_t Train(int64_t limit);
   int64_t UpdatesDue() const;
