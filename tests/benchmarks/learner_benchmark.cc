@@ -1,0 +1,199 @@
+// The learner's rates on one core: whole updates, replay and policy inference.
+//
+// `sac|td3/NET/BATCH` count as fraction_of_fma_peak = (FLOPs of the matrix products that one update executes) × updates
+// a second / (FLOPs a second of a register-only loop of fused multiply-adds of the same width). Both run in turns
+// of a few milliseconds, timed by the thread's CPU clock, so that the ratio holds on a busy machine too.
+
+#include <benchmark/benchmark.h>
+#include <time.h>
+
+#include <string>
+#include <vector>
+
+#include "common/core/random.h"
+#include "common/nn/gemm.h"
+#include "common/nn/policy.h"
+#include "learner/algorithms/algorithm.h"
+#include "learner/replay/replay_buffer.h"
+#include "tests/benchmarks/fma_peak.h"
+
+namespace cairn::learner {
+namespace {
+
+constexpr int kObservations = 14;
+constexpr int kActions = 3;
+constexpr int kReplayRows = 100000;
+constexpr double kPeakFlops = 4e8;    // of one turn of the peak loop: a few milliseconds
+constexpr double kUpdateFlops = 2e9;  // of one turn of updates
+
+double CpuSeconds() {
+  timespec t{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+LearnerConfig MakeConfig(LearnerConfig::Algorithm algorithm, int width, int batch_size) {
+  LearnerConfig config;
+  config.algorithm = algorithm;
+  config.net_arch = {width, width};
+  config.batch_size = batch_size;
+  config.target_entropy = -kActions;
+  return config;
+}
+
+PolicyShape MakeShape(const LearnerConfig& config, int observations, int actions) {
+  PolicyShape shape;
+  shape.head = config.algorithm == LearnerConfig::Algorithm::kSac ? PolicyShape::Head::kGaussian
+                                                                  : PolicyShape::Head::kDeterministic;
+  shape.observation_size = observations;
+  shape.action_size = actions;
+  shape.net_arch = config.net_arch;
+  return shape;
+}
+
+Segment RandomSegment(int steps, int observations, int actions, uint32_t index) {
+  RandomStream random(1, RandomPurpose::kTest, index);
+  Segment segment;
+  segment.observations.resize(static_cast<size_t>(steps + 1) * observations);
+  segment.actions.resize(static_cast<size_t>(steps) * actions);
+  segment.rewards.resize(steps);
+  for (auto* values : {&segment.observations, &segment.actions, &segment.rewards}) {
+    for (float& v : *values) v = static_cast<float>(random.Uniform(-1.0, 1.0));
+  }
+  return segment;
+}
+
+/// Multiply-adds of the matrix products of one network and one sample.
+struct Products {
+  double forward = 0;   // all layers
+  double backward = 0;  // Wᵀ dz of all layers but the first
+  double first = 0;     // of the first layer, per input
+
+  Products(int inputs, const std::vector<int>& net_arch, int outputs) {
+    int in = inputs;
+    std::vector<int> sizes = net_arch;
+    sizes.push_back(outputs);
+    for (int out : sizes) {
+      forward += static_cast<double>(in) * out;
+      in = out;
+    }
+    first = sizes.front();
+    backward = forward - first * inputs;
+  }
+};
+
+/// Multiply-adds of one update and sample. With `both` the policy's gradient is counted through both critics (as other
+/// libraries compute it); otherwise through the smaller one, which is what runs.
+double MultiplyAdds(const LearnerConfig& config, const PolicyShape& shape, bool both) {
+  const Products policy(shape.observation_size, shape.net_arch, shape.output_size());
+  const Products critic(shape.observation_size + shape.action_size, shape.net_arch, 1);
+  const double train_policy = 2 * policy.forward + policy.backward;  // forward, dW, dX
+  const double train_critic = 2 * critic.forward + critic.backward;
+  const double to_action = critic.backward + critic.first * shape.action_size;
+  const double target = policy.forward + 2 * critic.forward;
+  if (config.algorithm == LearnerConfig::Algorithm::kSac) {
+    return target + 2 * train_critic + train_policy + 2 * critic.forward + (both ? 2 : 1) * to_action;
+  }
+  return target + 2 * train_critic + (train_policy + critic.forward + to_action) / config.policy_delay;
+}
+
+void BM_Update(benchmark::State& state, LearnerConfig::Algorithm kind, int width, int batch_size) {
+  const LearnerConfig config = MakeConfig(kind, width, batch_size);
+  const PolicyShape shape = MakeShape(config, kObservations, kActions);
+  const auto algorithm = MakeAlgorithm(config, shape, 1);
+  ReplayBuffer replay(kReplayRows, kObservations, kActions, 3, 0.99);
+  while (replay.num_inserted() < kReplayRows) {
+    replay.Insert(RandomSegment(100, kObservations, kActions, static_cast<uint32_t>(replay.num_inserted())));
+  }
+  FmaPeak peak(GemmTarget());
+  const double update_flops = 2.0 * MultiplyAdds(config, shape, false) * batch_size;
+  const int turn = 2 * (1 + static_cast<int>(kUpdateFlops / update_flops / 2));  // even: TD3's policy delay
+  algorithm->Update(replay, 4, 0.0);
+  peak.Run(kPeakFlops);
+
+  double updates = 0, update_seconds = 0, peak_flops = 0, peak_seconds = 0;
+  for (auto _ : state) {
+    const double start = CpuSeconds();
+    peak_flops += peak.Run(kPeakFlops);
+    const double middle = CpuSeconds();
+    algorithm->Update(replay, turn, 0.0);
+    const double end = CpuSeconds();
+    peak_seconds += middle - start;
+    update_seconds += end - middle;
+    updates += turn;
+    state.SetIterationTime(end - middle);
+  }
+  const double peak_rate = peak_flops / peak_seconds;
+  const double rate = updates / update_seconds;
+  const double both_flops = 2.0 * MultiplyAdds(config, shape, true) * batch_size;
+  state.counters["updates_per_s"] = rate;
+  state.counters["fraction_of_fma_peak"] = rate * update_flops / peak_rate;
+  state.counters["fraction_counting_both_critics"] = rate * both_flops / peak_rate;
+  state.counters["peak_gflops"] = peak_rate * 1e-9;
+  state.counters["mflop_per_update"] = update_flops * 1e-6;
+  state.SetLabel(GemmTarget() + ", " + std::to_string(peak.width()) + "-bit peak");
+}
+
+/// Segments of ten steps, three-step returns, the quadrotor's sizes, into a full ring of 500,000.
+void BM_Insert(benchmark::State& state) {
+  constexpr int kSteps = 10, kQuadrotorObservations = 27;
+  ReplayBuffer replay(500000, kQuadrotorObservations, kActions, 3, 0.99);
+  std::vector<Segment> segments;
+  for (uint32_t i = 0; i < 64; ++i) segments.push_back(RandomSegment(kSteps, kQuadrotorObservations, kActions, i));
+  for (int i = 0; i < 500000 / kSteps; ++i) replay.Insert(segments[i % segments.size()]);
+  size_t next = 0;
+  for (auto _ : state) replay.Insert(segments[next++ % segments.size()]);
+  state.counters["insert_per_s"] =
+      benchmark::Counter(static_cast<double>(state.iterations()) * kSteps, benchmark::Counter::kIsRate);
+}
+
+/// One call of Policy::Explore for as many vehicles.
+void BM_Inference(benchmark::State& state) {
+  const auto vehicles = static_cast<int>(state.range(0));
+  const LearnerConfig config = MakeConfig(LearnerConfig::Algorithm::kSac, 64, 1);
+  const PolicyShape shape = MakeShape(config, kObservations, kActions);
+  Policy policy(shape, vehicles);
+  RandomStream random(1, RandomPurpose::kTest);
+  std::vector<float> parameters(shape.num_parameters());
+  for (float& p : parameters) p = static_cast<float>(random.Uniform(-0.1, 0.1));
+  policy.SetParameters(parameters);
+  std::vector<float> observations(static_cast<size_t>(vehicles) * kObservations, 0.5f);
+  std::vector<float> noise(static_cast<size_t>(vehicles) * kActions, 0.5f), actions(noise.size());
+  for (auto _ : state) {
+    policy.Explore(observations.data(), vehicles, noise.data(), 0.1f, actions.data());
+    benchmark::DoNotOptimize(actions.data());
+    benchmark::ClobberMemory();
+  }
+  state.counters["ns_per_vehicle"] = benchmark::Counter(static_cast<double>(state.iterations()) * vehicles * 1e-9,
+                                                        benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+
+void RegisterUpdates() {
+  const struct { int width, batch_size; } sizes[] = {{64, 1024}, {64, 256}, {256, 256}};
+  for (const auto& size : sizes) {
+    for (const auto algorithm : {LearnerConfig::Algorithm::kSac, LearnerConfig::Algorithm::kTd3}) {
+      const bool sac = algorithm == LearnerConfig::Algorithm::kSac;
+      const std::string name = std::string(sac ? "sac/" : "td3/") + std::to_string(size.width) + "x" +
+                               std::to_string(size.width) + "/" + std::to_string(size.batch_size);
+      benchmark::RegisterBenchmark(
+          name.c_str(),
+          [algorithm, size](benchmark::State& state) { BM_Update(state, algorithm, size.width, size.batch_size); })
+          ->UseManualTime()
+          ->Unit(benchmark::kMillisecond);
+    }
+  }
+  benchmark::RegisterBenchmark("replay/insert", BM_Insert);
+  benchmark::RegisterBenchmark("inference/64x64", BM_Inference)->Arg(1)->Arg(16)->Arg(64);
+}
+
+}  // namespace
+}  // namespace cairn::learner
+
+int main(int argc, char** argv) {
+  cairn::learner::RegisterUpdates();
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return 0;
+}
