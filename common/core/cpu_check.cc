@@ -11,12 +11,19 @@ namespace {
 
 [[gnu::constructor(101)]] void CheckCpu() {
   __builtin_cpu_init();
-  const bool v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
-                  __builtin_cpu_supports("bmi2");
-  if (v3) return;
+  bool supported = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
+                   __builtin_cpu_supports("bmi2");
+#if CAIRN_CHECK_CPU >= 4
+  supported = supported && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+              __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+              __builtin_cpu_supports("avx512vl");
+#define CAIRN_CPU_NEEDS "AVX2, FMA, BMI and AVX-512, which this build needs (x86-64-v4)"
+#else
+#define CAIRN_CPU_NEEDS "AVX2, FMA and BMI, which this build needs (x86-64-v3)"
+#endif
+  if (supported) return;
   static const char kLine[] =
-      "cairn: error: this CPU has no AVX2/FMA/BMI2, but this build needs them (x86-64-v3); "
-      "build with -DCAIRN_ARCH=x86-64 on this machine\n";
+      "cairn: error: this CPU lacks one of " CAIRN_CPU_NEEDS "; build with -DCAIRN_ARCH=x86-64 for it\n";
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, kLine, sizeof(kLine) - 1);
   _exit(1);
 }

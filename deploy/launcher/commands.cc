@@ -11,6 +11,7 @@
 #include "common/config/command_line.h"
 #include "common/core/check.h"
 #include "common/core/version.h"
+#include "deploy/launcher/eval.h"
 #include "deploy/launcher/plan.h"
 #include "deploy/launcher/sibling.h"
 #include "deploy/launcher/spy.h"
@@ -61,6 +62,22 @@ void AddPlan(CLI::App* app, Commands* commands) {
   command->callback([options, commands] { commands->run = [options] { return Plan(*options); }; });
 }
 
+void AddEval(CLI::App* app, Commands* commands) {
+  auto options = std::make_shared<EvalOptions>();
+  CLI::App* command = app->add_subcommand("eval", "Drive the test starts with a run's policy or with pure pursuit");
+  command->add_option("run_dir", options->run_dir, "Run directory")->required();
+  command->add_option("--trials", options->trials, "Test starts (default: evaluation.test_starts of the experiment)")
+      ->check(CLI::Range(1, 100000));
+  command->add_option("--seed", options->seed, "Seed of the disturbances (default: the run's)");
+  command->add_option("--controller", options->controller, "policy (default) or pure_pursuit")
+      ->check(CLI::IsMember({"policy", "pure_pursuit"}));
+  command->add_option("--policy", options->policy, "best or last (default: best if there is one)")
+      ->check(CLI::IsMember({"best", "last"}));
+  command->add_option("--svg", options->svg, "Picture of the driven paths to write");
+  command->add_flag("--json", options->json, "Print one JSON object");
+  command->callback([options, commands] { commands->run = [options] { return Eval(*options); }; });
+}
+
 void AddSpy(CLI::App* app, Commands* commands) {
   auto options = std::make_shared<SpyOptions>();
   CLI::App* command = app->add_subcommand("spy", "Watch the messages of a run with lcm-spy");
@@ -94,6 +111,7 @@ int RunCommandLine(int argc, char** argv, int64_t launch_utime_us) {
   app.require_subcommand(1);
   Commands commands;
   AddTrain(&app, &commands, launch_utime_us);
+  AddEval(&app, &commands);
   AddPlan(&app, &commands);
   AddSpy(&app, &commands);
   AddProcess(&app, "planner", "Run one planner process (see cairn planner --help)");

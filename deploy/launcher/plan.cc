@@ -5,49 +5,62 @@
 #include <nlohmann/json.hpp>
 
 #include "common/config/load.h"
-#include "common/world/distance_field.h"
-#include "planner/planner.h"
+#include "common/core/files.h"
+#include "deploy/launcher/planned_world.h"
+#include "planner/path.h"
+#include "planner/picture.h"
 
 namespace cairn::deploy {
 namespace {
 
-void PrintJson(const planner::BuiltRoadmap& built, const CostTable& table) {
+void PrintJson(const PlannedWorld& planned, double path_length) {
+  const planner::BuildInfo& info = planned.built.info;
   nlohmann::ordered_json json;
-  json["vertices"] = built.info.vertices;
-  json["edges"] = built.info.edges;
-  json["samples"] = built.info.samples;
-  json["coverage"] = built.info.coverage;
-  json["components"] = built.info.components;
-  json["max_cost"] = table.max_cost();
-  json["roadmap_hash"] = fmt::format("{:016x}", built.roadmap.Hash());
-  json["table_hash"] = fmt::format("{:016x}", table.Hash());
-  json["build_s"] = built.info.build_s;
+  json["vertices"] = info.vertices;
+  json["edges"] = info.edges;
+  json["samples"] = info.samples;
+  json["coverage"] = info.coverage;
+  json["components"] = info.components;
+  json["max_cost"] = planned.table.max_cost();
+  json["path_length"] = path_length;
+  json["roadmap_hash"] = fmt::format("{:016x}", planned.built.roadmap.Hash());
+  json["table_hash"] = fmt::format("{:016x}", planned.table.Hash());
+  json["build_s"] = info.build_s;
   fmt::print("{}\n", json.dump(2));
 }
 
-void PrintText(const World& world, const planner::BuiltRoadmap& built, const CostTable& table) {
-  const planner::BuildInfo& info = built.info;
+void PrintText(const PlannedWorld& planned, double path_length) {
+  const planner::BuildInfo& info = planned.built.info;
+  const World& world = planned.world;
   fmt::print("world         {:.2f} x {:.2f} m, {} obstacles\n", world.bounds.size().x(), world.bounds.size().y(),
              world.boxes.size() + world.cylinders.size());
   fmt::print("vertices      {}\nedges         {}\ncomponents    {}\n", info.vertices, info.edges, info.components);
   fmt::print("coverage      {:.4f} of free space within r_ball of a vertex\n", info.coverage);
-  fmt::print("longest cost  {:.3f} m\n", table.max_cost());
+  fmt::print("optimal path  {:.3f} m from the start region\n", path_length);
+  fmt::print("longest cost  {:.3f} m\n", planned.table.max_cost());
   fmt::print("build time    {:.3f} s, {} samples\n", info.build_s, info.samples);
+}
+
+void WritePicture(const PlannedWorld& planned, const std::string& name, const std::string& file) {
+  const planner::BuildInfo& info = planned.built.info;
+  planner::PictureOptions picture;
+  picture.title = name;
+  picture.subtitle = fmt::format("{} vertices, {} edges, coverage {:.4f}", info.vertices, info.edges, info.coverage);
+  picture.r_ball = planned.r_ball;
+  WriteFileAtomically(file, planner::DrawScene(planned.world, &planned.built.roadmap, &planned.table, {}, picture));
 }
 
 }  // namespace
 
 int Plan(const PlanOptions& options) {
   const Experiment experiment = LoadExperiment(options.file, options.overrides).experiment;
-  const World world = MakeWorld(experiment.world);
-  const DistanceField field(world, experiment.world.field_resolution);
-  const planner::BuiltRoadmap built =
-      planner::BuildRoadmap(world, field, experiment.planner, experiment.vehicle.inscribed_radius());
-  const CostTable table = planner::ComputeCostTable(built.roadmap, world, world.goal);
+  const PlannedWorld planned = PlanWorld(experiment, experiment.planner);
+  const double path_length = planner::OptimalPath(planned.world, planned.built.roadmap, planned.table).length;
+  if (!options.svg.empty()) WritePicture(planned, experiment.name, options.svg);
   if (options.json) {
-    PrintJson(built, table);
+    PrintJson(planned, path_length);
   } else {
-    PrintText(world, built, table);
+    PrintText(planned, path_length);
   }
   return 0;
 }

@@ -11,7 +11,7 @@ RunStatus ToStatus(const LearnerTelemetry& telemetry) {
   status.total_env_steps = telemetry.total_env_steps;
   status.env_steps_per_s = telemetry.env_steps_per_s;
   status.updates_per_s = telemetry.updates_per_s;
-  status.success_rate = telemetry.success_rate;
+  if (telemetry.env_steps > 0) status.success_rate = telemetry.success_rate;  // 0 before the first episode
   status.consumption_env_steps = telemetry.consumption_env_steps;
   status.phase = telemetry.phase;
   return status;

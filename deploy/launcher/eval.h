@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace cairn::deploy {
+
+/// What was typed after `cairn eval`.
+struct EvalOptions {
+  std::string run_dir;
+  int trials = 0;                     ///< test starts 0 … trials − 1; 0: evaluation.test_starts
+  std::optional<uint64_t> seed;       ///< of the disturbances; left out: the run's
+  std::string controller = "policy";  ///< policy or pure_pursuit
+  std::string policy;                 ///< best or last; empty: the best if there is one, else the last
+  std::string svg;                    ///< picture of the driven paths; empty: none
+  bool json = false;
+};
+
+/// Drives the test starts of a run's world with its policy, or with pure pursuit on a roadmap of its own, and prints
+/// what came of it. Returns 0 whatever the success; throws UsageError or Error.
+int Eval(const EvalOptions& options);
+
+}  // namespace cairn::deploy

@@ -1,0 +1,21 @@
+#include "deploy/launcher/planned_world.h"
+
+#include "common/world/distance_field.h"
+
+namespace cairn::deploy {
+
+std::shared_ptr<const RoadmapLookup> PlannedWorld::MakeLookup() const {
+  return std::make_shared<RoadmapLookup>(built.roadmap.dimension, built.roadmap.positions, table, r_ball);
+}
+
+PlannedWorld PlanWorld(const Experiment& experiment, const PlannerConfig& planner) {
+  PlannedWorld planned;
+  planned.world = MakeWorld(experiment.world);
+  planned.r_ball = planner.r_ball();
+  const DistanceField field(planned.world, experiment.world.field_resolution);
+  planned.built = planner::BuildRoadmap(planned.world, field, planner, experiment.vehicle.inscribed_radius());
+  planned.table = planner::ComputeCostTable(planned.built.roadmap, planned.world, planned.world.goal);
+  return planned;
+}
+
+}  // namespace cairn::deploy

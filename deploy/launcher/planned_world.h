@@ -1,0 +1,25 @@
+#pragma once
+
+#include <memory>
+
+#include "common/config/experiment.h"
+#include "common/roadmap/roadmap_lookup.h"
+#include "planner/planner.h"
+
+namespace cairn::deploy {
+
+/// A world with its roadmap and the cost table of its goal.
+struct PlannedWorld {
+  World world;
+  planner::BuiltRoadmap built;
+  CostTable table;
+  double r_ball = 0;  ///< [m]
+
+  std::shared_ptr<const RoadmapLookup> MakeLookup() const;
+};
+
+/// Builds the roadmap that `planner` describes in the experiment's world, as the planner process does. Throws
+/// UsageError for what the planner refuses.
+PlannedWorld PlanWorld(const Experiment& experiment, const PlannerConfig& planner);
+
+}  // namespace cairn::deploy

@@ -1,0 +1,117 @@
+#include "deploy/launcher/eval.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "common/config/load.h"
+#include "common/core/random.h"
+#include "common/nn/policy.h"
+#include "tests/deploy/launcher/test_support.h"
+
+namespace cairn::deploy {
+namespace {
+
+using testing::HasSubstr;
+
+// A run directory with a policy of random weights.
+class EvalTest : public testing::Test {
+ protected:
+  EvalTest() : loaded_(LoadExperiment(CAIRN_SOURCE_DIR "/deploy/experiments/car_maze.textproto")) {
+    WriteText(directory_ / "experiment.textproto", loaded_.resolved_text);
+    std::filesystem::create_directory(directory_ / "checkpoints");
+  }
+
+  void SaveRandomPolicy(const std::string& which, uint64_t hash, int observation_size) {
+    PolicyFile file;
+    file.shape = {PolicyShape::Head::kGaussian, observation_size, kActionSize, {16}, false};
+    RandomStream random(1, RandomPurpose::kTest);
+    file.parameters.resize(file.shape.num_parameters());
+    for (float& parameter : file.parameters) parameter = static_cast<float>(0.3 * random.Normal());
+    file.env_steps = 1234;
+    file.experiment_hash = hash;
+    SavePolicy(file, directory_ / ("checkpoints/" + which + ".policy"));
+  }
+
+  void SaveRandomPolicy(const std::string& which) {
+    SaveRandomPolicy(which, loaded_.hash, ObservationSize(loaded_.experiment));
+  }
+
+  ProgramResult RunEval(std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments{CAIRN_PROGRAM, "eval", directory_.path(), "--trials", "12"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunProgram(arguments);
+  }
+
+  nlohmann::json Json(const ProgramResult& result) {
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return nlohmann::json::parse(result.out);
+  }
+
+  TemporaryDirectory directory_;
+  LoadedExperiment loaded_;
+};
+
+TEST_F(EvalTest, PolicyOfRandomWeightsIsMeasuredNotTrusted) {
+  SaveRandomPolicy("last");
+  const auto json = Json(RunEval({"--json"}));
+  EXPECT_EQ(json.at("trials"), 12);
+  EXPECT_LT(json.at("success_rate"), 0.5);
+  EXPECT_EQ(json.at("successes").get<int>() + json.at("collisions").get<int>() + json.at("timeouts").get<int>(), 12);
+  const double rate = json.at("success_rate");
+  EXPECT_NEAR(rate, json.at("successes").get<double>() / 12, 1e-12);
+  EXPECT_LE(json.at("success_interval")[0].get<double>(), rate + 1e-9);
+  EXPECT_GT(json.at("success_interval")[1].get<double>(), rate);
+}
+
+TEST_F(EvalTest, SameSeedSameBytesOtherSeedOtherDisturbances) {
+  SaveRandomPolicy("last");
+  const ProgramResult first = RunEval({"--json", "--seed", "5"});
+  EXPECT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_EQ(RunEval({"--json", "--seed", "5"}).out, first.out);
+  EXPECT_NE(Json(RunEval({"--json", "--seed", "6"})).at("return"), Json(first).at("return"));
+}
+
+TEST_F(EvalTest, BestPolicyIsPreferredAndTheOtherCanBeNamed) {
+  SaveRandomPolicy("last");
+  EXPECT_THAT(RunEval().out, HasSubstr("policy last (1234 env steps, gaussian 25-16-4)"));
+  SaveRandomPolicy("best");
+  EXPECT_THAT(RunEval().out, HasSubstr("policy best"));
+  EXPECT_THAT(RunEval({"--policy", "last"}).out, HasSubstr("policy last"));
+}
+
+TEST_F(EvalTest, PurePursuitNeedsNoPolicyAndSolvesTheMaze) {
+  const auto json = Json(RunEval({"--json", "--controller", "pure_pursuit"}));
+  EXPECT_GE(json.at("successes"), 11);
+  EXPECT_GT(json.at("spl"), 0.8);
+}
+
+TEST_F(EvalTest, PictureShowsThePaths) {
+  const ProgramResult result = RunEval({"--controller", "pure_pursuit", "--svg", directory_ / "paths.svg"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(ReadText(directory_ / "paths.svg"), testing::AllOf(HasSubstr("pure pursuit"), HasSubstr("</svg>")));
+}
+
+TEST_F(EvalTest, WhatIsMissingOrForeignIsNamed) {
+  const ProgramResult none = RunEval();
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_THAT(none.err, HasSubstr("no policy in checkpoints/"));
+
+  SaveRandomPolicy("best", loaded_.hash + 1, ObservationSize(loaded_.experiment));
+  const ProgramResult foreign = RunEval();
+  EXPECT_EQ(foreign.exit_code, 1);
+  EXPECT_THAT(foreign.err, HasSubstr("best.policy: trained with another experiment"));
+
+  WriteText(directory_ / "checkpoints/best.policy", "rubbish");
+  const ProgramResult torn = RunEval();
+  EXPECT_EQ(torn.exit_code, 1);
+  EXPECT_THAT(torn.err, HasSubstr("best.policy"));
+
+  EXPECT_EQ(RunEval({"--controller", "pure_pursuite"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({CAIRN_PROGRAM, "eval", "/nonexistent"}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace cairn::deploy
