@@ -84,7 +84,7 @@ class Painter {
     DrawRegions();
     DrawWalls();
     DrawRoadmap(trajectories.empty() ? 1 : 0.35);
-    DrawOptimalPath();
+    DrawOptimalPath(trajectories.empty() ? 3.4 : 2.0);
     for (const Trajectory& trajectory : trajectories) DrawTrajectory(trajectory);
     DrawFrame();
     DrawColorBar();
@@ -230,12 +230,12 @@ class Painter {
         d, color, width);
   }
 
-  void DrawOptimalPath() {
+  void DrawOptimalPath(double width) {
     if (!table_ || !options_.optimal_path) return;
     const Path path = OptimalPath(world_, *roadmap_, *table_);
     if (path.points.empty()) return;
     path_length_ = path.length;
-    AddCasedLine(path.points, kPathColor, 3.4);
+    AddCasedLine(path.points, kPathColor, width);
     const Vector3d& p = path.points.front();
     Add("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"6\" fill=\"{}\" stroke=\"#fff\" stroke-width=\"2\"/>\n", X(p.x()),
         Y(p.y()), kPathColor);
@@ -277,7 +277,7 @@ class Painter {
           kTop + height_ * (kColors - 1 - i) / kColors, width, height_ / kColors + 0.5, CostColor((i + 0.5) / kColors));
     }
     Add("</g>\n<g font-size=\"13\">\n");
-    for (const double cost : Ticks(0, max_cost_, std::max(3.0, height_ / 110))) {
+    for (const double cost : Ticks(0, max_cost_, std::max(3.0, height_ / 70))) {
       const double y = kTop + height_ * (1 - cost / max_cost_);
       Add("<path d=\"M{:.1f} {:.1f}h5\" stroke=\"{}\"/><text x=\"{:.1f}\" y=\"{:.1f}\">{:.6g}</text>\n", x + width, y,
           kInk, x + width + 9, y + 4.5, cost);

@@ -142,19 +142,22 @@ BuiltRoadmap BuildRoadmap(const World& world, const DistanceField& field, const 
   rrg.SetVertexObserver([&](const Vector3d& p) { coverage.AddVertex(p); });
   rrg.setProblemDefinition(MakeProblem(information, world, roots));
   rrg.setup();
-  // Every vertex hangs on a root in the goal region, so what is covered is connected to the goal.
+  // The graph grows on samples of its own; every vertex hangs on a root in the goal region, so what is covered is
+  // connected to the goal.
   const auto done = [&] { return coverage.share() >= config.coverage || rrg.num_samples() >= config.max_samples; };
   rrg.solve(ob::PlannerTerminationCondition(done));
   if (coverage.share() < config.coverage) {
     ThrowUsageError("planner.max_samples = {}: reached with coverage {:.5f} of free space, below planner.coverage = {}",
                     config.max_samples, coverage.share(), config.coverage);
   }
+  const double share = coverage.share();
+  rrg.ConnectPassages(coverage.samples(), 2 * config.r_ball());
 
   BuiltRoadmap built{rrg.roadmap(), {}};
   built.info.vertices = built.roadmap.num_vertices();
   built.info.edges = built.roadmap.num_edges();
   built.info.samples = static_cast<int>(rrg.num_samples());
-  built.info.coverage = coverage.share();
+  built.info.coverage = share;
   built.info.components = CountComponents(built.roadmap);
   built.info.build_s = SecondsSince(start);
   return built;

@@ -7,7 +7,7 @@
 
 namespace cairn::planner {
 
-/// Share of free space within r_ball of a vertex, estimated on fixed samples that the builder never sees.
+/// Share of free space within r_ball of a vertex, estimated on fixed samples.
 class Coverage {
  public:
   /// Draws `samples` points of free space, from which the goal can be reached. Throws Error when there are none.
@@ -16,11 +16,14 @@ class Coverage {
   /// Counts what a new vertex covers.
   void AddVertex(const Vector3d& p);
 
-  double share() const { return static_cast<double>(num_covered_) / points_.size(); }
+  const std::vector<Vector3d>& samples() const { return samples_; }
+
+  double share() const { return static_cast<double>(num_covered_) / static_cast<double>(samples_.size()); }
 
  private:
   double r_ball_;
-  PointTree points_;
+  std::vector<Vector3d> samples_;
+  PointTree tree_;  // of samples_
   std::vector<char> covered_;
   std::vector<int32_t> found_;  // scratch
   int num_covered_ = 0;

@@ -96,6 +96,44 @@ void Rrg::AddVertex(const Vector3d& p, int nearest) {
   if (observer_) observer_(p);
 }
 
+// Of the vertices around the sample only the two with extreme bounds matter: the one whose cost less its distance is
+// highest and the one whose cost plus its distance is lowest. Each is tested for straight reach when its turn comes and
+// dropped when it has none, so that few motions are tested.
+bool Rrg::ShowsPassage(const Vector3d& sample, const std::vector<float>& cost, double jump) {
+  vertices_.Within(sample, eta_, near_);
+  bounds_.clear();
+  for (const int32_t v : near_) {
+    const double distance = (vertices_.point(v) - sample).norm();
+    bounds_.push_back({cost[v] - distance, cost[v] + distance, v});
+  }
+  const auto less_high = [](const Bounds& a, const Bounds& b) { return a.high < b.high; };
+  const auto less_low = [](const Bounds& a, const Bounds& b) { return a.low < b.low; };
+  while (!bounds_.empty()) {
+    const auto high = std::max_element(bounds_.begin(), bounds_.end(), less_high);
+    const auto low = std::min_element(bounds_.begin(), bounds_.end(), less_low);
+    if (high->high - low->low <= jump) return false;
+    const bool high_free = MotionFree(vertices_.point(high->vertex), sample);
+    if (high_free && MotionFree(vertices_.point(low->vertex), sample)) return true;
+    bounds_.erase(high_free ? low : high);
+  }
+  return false;
+}
+
+int Rrg::ConnectPassages(const std::vector<Vector3d>& samples, double jump) {
+  const int before = vertices_.size();
+  for (bool again = true; again;) {
+    again = false;
+    std::vector<float> cost = ComputeShortestPaths(roadmap(), roots_).cost;
+    for (const Vector3d& sample : samples) {
+      if (!ShowsPassage(sample, cost, jump)) continue;
+      AddVertex(sample, -1);
+      cost = ComputeShortestPaths(roadmap(), roots_).cost;
+      again = true;
+    }
+  }
+  return vertices_.size() - before;
+}
+
 Roadmap Rrg::roadmap() const {
   Roadmap roadmap;
   roadmap.dimension = dimension_;

@@ -28,6 +28,12 @@ class Rrg : public ompl::base::Planner {
   /// Called with the position of each vertex as it joins.
   void SetVertexObserver(std::function<void(const Vector3d&)> observer) { observer_ = std::move(observer); }
 
+  /// Adds those of `samples` as vertices, whatever min_spacing says, that show a passage the graph lacks: of two
+  /// vertices within eta of the sample and in straight reach of it, one has a cost to the roots that is more than
+  /// `jump` [m] longer than the way through the sample. Goes on until none does; returns how many it added. Without it
+  /// a corridor can stay open at a spot that the share of covered space is too coarse to notice.
+  int ConnectPassages(const std::vector<Vector3d>& samples, double jump);
+
   void setup() override;
   void clear() override;
   ompl::base::PlannerStatus solve(const ompl::base::PlannerTerminationCondition& stop) override;
@@ -40,11 +46,18 @@ class Rrg : public ompl::base::Planner {
   int64_t num_samples() const { return num_samples_; }
 
  private:
+  // Of a vertex near a sample: cost less and plus its distance to it [m].
+  struct Bounds {
+    double high, low;
+    int32_t vertex;
+  };
+
   void Grow(ompl::base::State* sample);
   bool MotionFree(const Vector3d& a, const Vector3d& b) const;
   void AddVertex(const Vector3d& p, int nearest);
   Vector3d Steer(const Vector3d& from, const Vector3d& to) const;
   bool ReportPath();
+  bool ShowsPassage(const Vector3d& sample, const std::vector<float>& cost, double jump);
 
   int dimension_;
   double eta_ = 0;
@@ -55,6 +68,7 @@ class Rrg : public ompl::base::Planner {
   std::vector<int32_t> roots_;
   std::vector<std::vector<int32_t>> neighbors_;  // per vertex, both ways
   std::vector<int32_t> near_;                    // scratch
+  std::vector<Bounds> bounds_;                   // scratch
   int64_t num_samples_ = 0;
 };
 

@@ -10,6 +10,7 @@
 
 #include "common/world/reachability.h"
 #include "planner/collision/ompl_space.h"
+#include "planner/cost_to_go.h"
 #include "tests/planner/test_worlds.h"
 
 namespace cairn::planner {
@@ -99,6 +100,51 @@ TEST_P(RrgTest, VerticesKeepTheirSpacing) {
   for (int v = 0; v < roadmap.num_vertices(); ++v) {
     for (int u = 0; u < v; ++u) EXPECT_GE((roadmap.position(u) - roadmap.position(v)).norm(), 0.08 - 1e-6);
   }
+}
+
+TEST(RrgPassageTest, SamplesThatShowAMissingPassageAreAdded) {
+  World world;
+  world.bounds = {Vector3d(0, 0, 0), Vector3d(2, 2, 0)};
+  world.boxes = {{Vector3d(0.99, 0.3, 0), Vector3d(1.01, 1.4, 0)}};  // open below (0.3 m) and above
+  world.start = world.goal = {Vector3d(1.5, 0.1, 0), Vector3d(1.8, 0.2, 0)};
+  const DistanceField field(world, 0.01);
+  const Reachability reachability(world, field, kRadius);
+  const SweptSphereChecker checker(world, kRadius, &field);
+  const FreeSpace space(world, checker, reachability);
+  const ob::SpaceInformationPtr information = MakeSpaceInformation(space, 1);
+  const auto problem = std::make_shared<ob::ProblemDefinition>(information);
+  ob::ScopedState<> state(information);
+  ToState(Vector3d(1.2, 0.15, 0), 2, state.get());
+  problem->addStartState(state);
+  problem->setGoal(MakeRegionGoal(information, world, world.goal));
+  Rrg rrg(information);
+  rrg.SetEta(0.25);
+  rrg.SetMinSpacing(0.2);
+  rrg.setProblemDefinition(problem);
+  rrg.setup();
+  rrg.solve(ob::PlannerTerminationCondition([&] { return rrg.num_samples() >= 20000; }));
+
+  // What the samples promise: no two vertices in sight of one differ in cost by more than the way through it and eta.
+  std::vector<Vector3d> samples;
+  RandomStream random(3, RandomPurpose::kTest);
+  while (samples.size() < 3000) {
+    const Vector3d p = RoundToFloat(DrawIn(world, random), 2);
+    if (checker.Free(p)) samples.push_back(p);
+  }
+  EXPECT_GT(rrg.ConnectPassages(samples, 0.1), 0);  // so sparse a graph lacks some
+  const Roadmap roadmap = rrg.roadmap();
+  const std::vector<float> cost = ComputeShortestPaths(roadmap, {0}).cost;
+  for (const Vector3d& sample : samples) {
+    double highest = -1e300, lowest = 1e300;
+    for (int v = 0; v < roadmap.num_vertices(); ++v) {
+      const double distance = (roadmap.position(v) - sample).norm();
+      if (distance > 0.25 - 1e-6 || !checker.MotionFree(roadmap.position(v), sample)) continue;
+      highest = std::max(highest, cost[v] - distance);
+      lowest = std::min(lowest, cost[v] + distance);
+    }
+    EXPECT_LE(highest - lowest, 0.1 + 1e-6) << sample.transpose();
+  }
+  EXPECT_EQ(rrg.ConnectPassages(samples, 0.1), 0);
 }
 
 TEST_P(RrgTest, ClearStartsOverAndRepeats) {
