@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Opens `cairn spy` on a running training under a window system without a screen, opens the learner's telemetry decoded
 # and takes a picture. Fails when lcm-spy does not start, does not find all our types or opens no decoded view.
-#   spy_screenshot.sh BIN_DIR OUTPUT.png
+#   spy_screenshot.sh BIN_DIR OUTPUT.png [SECONDS for the curves to show something, default 3]
 set -euo pipefail
 
 bin=$(realpath "$1")
@@ -21,31 +21,39 @@ trap finish EXIT
 
 fail() {
   echo "spy_screenshot.sh: $1" >&2
-  tail -n 20 "$work"/*.log >&2
+  tail -n 20 "$work"/*.log >&2 || true
   exit 1
 }
 
 # Waits up to 60 s for a command to succeed.
 await() {
-  local what=$1
+  local what=$1 end=$((SECONDS + 60))
   shift
-  for ((i = 0; i < 300; i++)); do
+  while ((SECONDS < end)); do
     "$@" > /dev/null 2>&1 && return
     sleep 0.2
   done
   fail "waited 60 s for $what"
 }
 
+for tool in Xvfb xdotool import; do
+  command -v "$tool" > /dev/null || fail "no $tool; deploy/install_dependencies.sh --test installs it"
+done
+
 window() { xdotool search --onlyvisible --name "^$1\$" | head -n 1; }
 has_window() { [[ -n $(window "$1") ]]; }
 
-# Double-clicks down the table of channels until the learner's view opens; rows are 16 pixels high.
+# Double-clicks down the table of channels (rows are 16 pixels high) until the learner's view opens; views of other
+# channels are moved out of the way.
 open_learner() {
-  for ((row = 0; row < 5; row++)); do
+  for ((row = 0; row < 4; row++)); do
     xdotool mousemove --window "$spy_window" 80 $((28 + 16 * row)) click --repeat 2 --delay 60 1
     for ((i = 0; i < 10; i++)); do
       has_window CAIRN_LEARNER && return
       sleep 0.1
+    done
+    for other in $(xdotool search --onlyvisible --name '^CAIRN_' || true); do
+      xdotool windowmove "$other" 0 2000
     done
   done
   return 1
@@ -58,7 +66,7 @@ DISPLAY=:$(< "$work/display")
 export DISPLAY
 
 "$bin/cairn" train "$source_dir/deploy/experiments/car_maze.textproto" --run-dir "$work/run" --actors 1 --quiet \
-  --set total_env_steps=1000000000 > "$work/train.log" 2>&1 &
+  --set total_env_steps=1000000 > "$work/train.log" 2>&1 &
 pids+=($!)
 await "the run" test -s "$work/run/run.json"
 
@@ -73,6 +81,6 @@ xdotool windowsize "$spy_window" 800 130
 await "the learner's decoded view" open_learner
 view=$(window CAIRN_LEARNER)
 xdotool windowmove "$view" 0 130 windowsize "$view" 800 490
-sleep 6 # for the curves to show something; nothing is judged by it
+sleep "${3-3}" # nothing is judged by it
 import -window root "$output"
 echo "wrote $output"
