@@ -144,7 +144,9 @@ StepEvent Environment::State::FindEvent() {
     return StepEvent::kObstacle;
   }
   const World& world = scene.world();
-  return world.Contains(world.goal, Vector3d(n.ground.x, n.ground.y, 0)) ? StepEvent::kGoal : StepEvent::kNone;
+  if (!world.Contains(world.goal, Vector3d(n.ground.x, n.ground.y, 0))) return StepEvent::kNone;
+  meter.MeasureClearance(n.ground, center_distance);
+  return StepEvent::kGoal;
 }
 
 // The roadmap's length from here; near the edge of free space, where D is infinite, through the nearest way in.

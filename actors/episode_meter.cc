@@ -38,7 +38,12 @@ void EpisodeMeter::AddPhysicsStep(const GroundState& state, double center_distan
   n.x = state.x;
   n.y = state.y;
   ++n.physics_steps;
-  if (n.physics_steps % clearance_stride_ != 0 || center_distance - circumscribed_radius_ >= n.min_clearance) return;
+  if (n.physics_steps % clearance_stride_ == 0) MeasureClearance(state, center_distance);
+}
+
+void EpisodeMeter::MeasureClearance(const GroundState& state, double center_distance) {
+  Numbers& n = numbers_;
+  if (center_distance - circumscribed_radius_ >= n.min_clearance) return;
   n.min_clearance = FootprintClearance(scene_.field(), {state.x, state.y, state.yaw}, contact_.footprint(),
                                        center_distance, n.min_clearance);
 }

@@ -19,6 +19,9 @@ class EpisodeMeter {
   /// After a physics step that ended in `state`.
   void AddPhysicsStep(const GroundState& state, double center_distance);
 
+  /// Looks at the clearance now; AddPhysicsStep does so 60 times a second.
+  void MeasureClearance(const GroundState& state, double center_distance);
+
   /// After a whole control step; one that an event cut short has no jerk of its own.
   void AddControlStep(const GroundState& state);
 

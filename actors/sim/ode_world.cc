@@ -43,10 +43,10 @@ dBodyID OdeWorld::AddBoxBody(double mass, const dVector3 size) {
   return body;
 }
 
-void OdeWorld::AddFloorContact(dBodyID body, const dReal* center, double radius, const FloorSurface& surface,
-                               double along_x, double along_y) {
+dJointID OdeWorld::AddFloorContact(dBodyID body, const dReal* center, double radius, const FloorSurface& surface,
+                                   double along_x, double along_y) {
   const double depth = radius - center[2];
-  if (!(depth >= 0)) return;
+  if (!(depth >= 0)) return nullptr;
   dContact contact{};
   contact.surface.mode = dContactSoftERP | dContactSoftCFM | dContactApprox1 | dContactFDir1;
   contact.surface.mu = surface.friction;
@@ -59,7 +59,9 @@ void OdeWorld::AddFloorContact(dBodyID body, const dReal* center, double radius,
   contact.geom.depth = depth;
   contact.fdir1[0] = along_x;
   contact.fdir1[1] = along_y;
-  dJointAttach(dJointCreateContact(world_, contacts_, &contact), body, nullptr);
+  const dJointID joint = dJointCreateContact(world_, contacts_, &contact);
+  dJointAttach(joint, body, nullptr);
+  return joint;
 }
 
 void OdeWorld::Step(double dt) {

@@ -39,10 +39,10 @@ class OdeWorld {
   dBodyID AddBoxBody(double mass, const dVector3 size);
 
   /// Contact of a sphere of `radius` [m] centred at `center` (W) and fixed to `body` with the floor z = 0, for the next
-  /// step only; the same numbers as dCollide on a sphere and a plane, without geoms or spaces. Nothing when apart.
+  /// step only; the same numbers as dCollide on a sphere and a plane, without geoms or spaces. Null when apart.
   /// The friction pyramid's sides lie along the level unit vector (`along_x`, `along_y`) and across it.
-  void AddFloorContact(dBodyID body, const dReal* center, double radius, const FloorSurface& surface, double along_x,
-                       double along_y);
+  dJointID AddFloorContact(dBodyID body, const dReal* center, double radius, const FloorSurface& surface,
+                           double along_x, double along_y);
 
   /// Advances by dt [s] (dWorldStep: bit-exact without seeding and faster than QuickStep here), drops the contacts.
   void Step(double dt);

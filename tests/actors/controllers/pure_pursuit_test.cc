@@ -1,0 +1,101 @@
+#include "actors/controllers/pure_pursuit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "actors/evaluation.h"
+#include "tests/actors/test_scene.h"
+
+namespace cairn::actors {
+namespace {
+
+std::shared_ptr<const Scene> Referee(Experiment experiment) {
+  experiment.planner = PurePursuit::Planner(experiment);
+  return MakeScene(experiment, experiment.planner.min_spacing);
+}
+
+// A straight roadmap along y = 0.5 in the hall.
+std::shared_ptr<const Scene> StraightLine() {
+  auto scene = std::make_shared<Scene>(HallExperiment());
+  std::vector<float> xs;
+  for (float x = 0.2f; x < 2.75f; x += 0.02f) xs.push_back(x);
+  scene->SetTable(MakeChain(scene->world().goal, xs, 0.5f, 0.05));
+  return scene;
+}
+
+TEST(PurePursuitTest, PlansFartherFromWallsThanTheVehicleReaches) {
+  const Experiment experiment;
+  const PlannerConfig planner = PurePursuit::Planner(experiment);
+  EXPECT_GT(planner.radius, experiment.vehicle.circumscribed_radius());
+  EXPECT_LT(planner.radius, 0.5 * experiment.world.corridor_width);
+  EXPECT_EQ(planner.eta, experiment.planner.eta);
+}
+
+TEST(PurePursuitTest, CruisesAlongAStraightRoadmap) {
+  const PurePursuit controller(StraightLine());
+  double speed = 0, yaw_rate = 0;
+  controller.Drive({1.0, 0.5, 0}, speed, yaw_rate);
+  EXPECT_NEAR(speed, 0.7, 1e-3);
+  EXPECT_NEAR(yaw_rate, 0, 1e-2);
+}
+
+TEST(PurePursuitTest, TurnsInPlaceWhenItFacesElsewhere) {
+  const PurePursuit controller(StraightLine());
+  double speed = 1, yaw_rate = 0;
+  controller.Drive({1.0, 0.5, 2.0}, speed, yaw_rate);
+  EXPECT_EQ(speed, 0);
+  EXPECT_EQ(yaw_rate, -2);
+  controller.Drive({1.0, 0.5, -0.6}, speed, yaw_rate);
+  EXPECT_EQ(speed, 0);
+  EXPECT_GT(yaw_rate, 1);
+}
+
+TEST(PurePursuitTest, SteersBackToTheRoadmap) {
+  const PurePursuit controller(StraightLine());
+  double speed = 0, yaw_rate = 0;
+  controller.Drive({1.0, 0.52, 0}, speed, yaw_rate);
+  EXPECT_LT(yaw_rate, 0);
+  controller.Drive({1.0, 0.48, 0}, speed, yaw_rate);
+  EXPECT_GT(yaw_rate, 0);
+}
+
+TEST(PurePursuitTest, SlowsDownBeforeAWall) {
+  const PurePursuit controller(StraightLine());
+  double far = 0, near = 0, yaw_rate = 0;
+  controller.Drive({2.5, 0.5, 0}, far, yaw_rate);
+  controller.Drive({2.75, 0.5, 0.0}, near, yaw_rate);  // past the last vertex it faces back; so compare ahead only
+  EXPECT_GT(far, 0.5);
+  EXPECT_LT(near, far);
+}
+
+TEST(PurePursuitTest, SolvesTheMazeWithBothCars) {
+  for (const auto kind : {VehicleConfig::Kind::kWheeledCar, VehicleConfig::Kind::kPlaneCar}) {
+    Experiment experiment;
+    experiment.vehicle.kind = kind;
+    PurePursuit controller(Referee(experiment));
+    const auto summary =
+        Summarise(RunEpisodes(MakeScene(experiment), StartSet::kValidation, AllStarts(50), controller));
+    EXPECT_GE(summary.successes, 49);
+    EXPECT_GT(summary.spl, 0.8);
+  }
+}
+
+// Scale-free: a world and a car ten times as large, ten times as fast.
+TEST(PurePursuitTest, SolvesAMazeOfAnotherScale) {
+  Experiment experiment;
+  experiment.vehicle.kind = VehicleConfig::Kind::kPlaneCar;
+  for (double* length : {&experiment.world.corridor_width, &experiment.world.wall_thickness, &experiment.world.square,
+                         &experiment.world.field_resolution, &experiment.vehicle.length, &experiment.vehicle.width,
+                         &experiment.vehicle.max_speed, &experiment.vehicle.scan.range, &experiment.planner.eta,
+                         &experiment.planner.radius, &experiment.planner.min_spacing}) {
+    *length *= 10;
+  }
+  PurePursuit controller(Referee(experiment));
+  const auto summary =
+      Summarise(RunEpisodes(MakeScene(experiment, 0.25), StartSet::kValidation, AllStarts(20), controller));
+  EXPECT_GE(summary.successes, 19);
+}
+
+}  // namespace
+}  // namespace cairn::actors

@@ -1,0 +1,116 @@
+#include "actors/scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "common/core/check.h"
+#include "tests/actors/test_scene.h"
+
+namespace cairn::actors {
+namespace {
+
+bool Same(const Pose& a, const Pose& b) { return a.x == b.x && a.y == b.y && a.yaw == b.yaw; }
+
+TEST(SceneTest, StartsAreFreeInEveryHeadingAndOutsideTheGoal) {
+  const Experiment experiment;
+  const Scene scene(experiment);
+  const Footprint footprint{0.5 * experiment.vehicle.length, 0.5 * experiment.vehicle.width};
+  for (int i = 0; i < 200; ++i) {
+    const Pose start = i % 2 == 0 ? scene.TrainingStart(i, 0) : scene.EvaluationStart(StartSet::kTest, i);
+    const Vector3d p(start.x, start.y, 0);
+    EXPECT_GE(scene.field().Distance(p), experiment.vehicle.circumscribed_radius() * (1 + 3.0 / 43.0));
+    EXPECT_FALSE(scene.world().Contains(scene.world().goal, p));
+    for (int turn = 0; turn < 16; ++turn) {
+      EXPECT_FALSE(scene.obstacles().Overlaps(start.x, start.y, turn * 0.4, footprint));
+    }
+  }
+}
+
+TEST(SceneTest, TrainingStartsAreKeyedBySeedVehicleAndEpisode) {
+  Experiment experiment;
+  const Scene scene(experiment), same(experiment);
+  experiment.seed = 2;
+  const Scene other(experiment);
+  const Pose start = scene.TrainingStart(3, 4);
+  EXPECT_TRUE(Same(start, scene.TrainingStart(3, 4)));
+  EXPECT_TRUE(Same(start, same.TrainingStart(3, 4)));
+  EXPECT_FALSE(Same(start, other.TrainingStart(3, 4)));
+  EXPECT_FALSE(Same(start, scene.TrainingStart(4, 3)));
+  EXPECT_FALSE(Same(start, scene.TrainingStart(3, 5)));
+}
+
+TEST(SceneTest, EvaluationStartsDependOnTheWorldsSeedAlone) {
+  Experiment experiment;
+  const Scene scene(experiment);
+  experiment.seed = 77;
+  experiment.environment.start = EnvironmentConfig::Start::kStartRegion;
+  experiment.num_vehicles = 5;
+  const Scene other_run(experiment);
+  experiment.world.seed = 2;
+  const Scene other_world(experiment);
+  for (int i = 0; i < 20; ++i) {
+    const Pose start = scene.EvaluationStart(StartSet::kValidation, i);
+    EXPECT_TRUE(Same(start, other_run.EvaluationStart(StartSet::kValidation, i)));
+    EXPECT_FALSE(Same(start, other_world.EvaluationStart(StartSet::kValidation, i)));
+  }
+}
+
+TEST(SceneTest, EvaluationSetsAreDisjoint) {
+  const Scene scene{Experiment{}};
+  std::set<std::pair<double, double>> seen;
+  for (const StartSet set : {StartSet::kConsumption, StartSet::kValidation, StartSet::kTest}) {
+    for (int i = 0; i < 200; ++i) {
+      const Pose start = scene.EvaluationStart(set, i);
+      EXPECT_TRUE(seen.emplace(start.x, start.y).second) << i;
+    }
+  }
+}
+
+TEST(SceneTest, StartRegionHoldsTrainingStarts) {
+  Experiment experiment;
+  experiment.environment.start = EnvironmentConfig::Start::kStartRegion;
+  const Scene scene(experiment);
+  for (int i = 0; i < 50; ++i) {
+    const Pose start = scene.TrainingStart(0, i);
+    EXPECT_TRUE(scene.world().Contains(scene.world().start, Vector3d(start.x, start.y, 0)));
+  }
+}
+
+// Every quarter of the maze and every quadrant of headings gets its share of 400 starts.
+TEST(SceneTest, StartsAreSpreadOverFreeSpace) {
+  const Scene scene{Experiment{}};
+  int quarter[4] = {}, heading[4] = {};
+  const Vector3d center = scene.world().bounds.center();
+  for (int i = 0; i < 400; ++i) {
+    const Pose start = scene.TrainingStart(i, 1);
+    ++quarter[(start.x > center.x()) + 2 * (start.y > center.y())];
+    ++heading[static_cast<int>(std::floor(start.yaw / (M_PI / 2))) + 2];
+  }
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_GT(quarter[i], 60);
+    EXPECT_GT(heading[i], 60);
+  }
+}
+
+TEST(SceneTest, TheFirstTableFixesTheScaleOfDMin) {
+  const Experiment experiment = HallExperiment();
+  Scene scene(experiment);
+  const Box goal = scene.world().goal;
+  scene.SetTable(MakeChain(goal, {0.5f, 1.5f, 2.7f}, 0.5f, 0.05));
+  EXPECT_NEAR(scene.d_min_scale(), 2.2, 1e-6);
+  scene.SetTable(MakeChain(goal, {0.1f, 2.7f}, 0.5f, 0.05));
+  EXPECT_NEAR(scene.d_min_scale(), 2.2, 1e-6);
+  EXPECT_EQ(scene.lookup().num_vertices(), 2);
+}
+
+TEST(SceneTest, RefusesAVehicleThatFitsNowhere) {
+  Experiment experiment = HallExperiment();
+  experiment.vehicle.length = experiment.vehicle.width = 0.9;
+  const Scene scene(experiment);
+  EXPECT_THROW(scene.TrainingStart(0, 0), UsageError);
+}
+
+}  // namespace
+}  // namespace cairn::actors

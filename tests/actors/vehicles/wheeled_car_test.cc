@@ -1,0 +1,236 @@
+#include "actors/vehicles/wheeled_car.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "common/core/check.h"
+
+namespace cairn::actors {
+namespace {
+
+constexpr double kRate = 240;
+constexpr double kStep = 1 / kRate;
+
+WheeledCar MakeCar(const VehicleConfig& config = {}, double spread = 0) {
+  return WheeledCar(WheeledCarParams::ScaledTo(config), kStep, spread);
+}
+
+void Reset(Vehicle& car, double yaw = 0) {
+  RandomStream random(1, RandomPurpose::kParameters);
+  car.Reset(0, 0, yaw, random);
+}
+
+void Advance(Vehicle& car, double seconds) {
+  for (int i = 0; i < std::lround(seconds * kRate); ++i) car.Step();
+}
+
+// Contacts settle within the surface layer, 0.1 mm deep; driven, at its bottom.
+TEST(WheeledCarTest, RestsOnItsWheels) {
+  WheeledCar car = MakeCar();
+  Reset(car);
+  Advance(car, 1);
+  EXPECT_GE(car.chassis_height(), 0.0165 - 1.1e-4);
+  EXPECT_LE(car.chassis_height(), 0.0165);
+  EXPECT_NEAR(car.state().speed, 0, 1e-6);
+  EXPECT_NEAR(car.state().x, 0, 1e-5);
+  car.Command(0.5, 0.5);
+  Advance(car, 3);
+  EXPECT_NEAR(car.chassis_height(), 0.0165 - 1e-4, 2e-5);
+}
+
+TEST(WheeledCarTest, KeepsTheCommandedSpeed) {
+  for (const double speed : {0.1, 0.5, 1.0}) {
+    WheeledCar car = MakeCar();
+    Reset(car);
+    car.Command(speed, 0);
+    Advance(car, 1);
+    double squares = 0;
+    for (int i = 0; i < 240; ++i) {
+      car.Step();
+      squares += std::pow(car.state().speed - speed, 2);
+    }
+    EXPECT_LE(std::sqrt(squares / 240), 0.002) << speed;
+    EXPECT_NEAR(car.wheel_speed(0), speed / 0.0125, 0.2);
+    EXPECT_NEAR(car.wheel_speed(1), speed / 0.0125, 0.2);
+  }
+}
+
+// Wheels give the chassis no more than μ g = 9.81 m/s², so 0.9 m/s takes at least 0.0917 s; measured before: 0.108 s.
+TEST(WheeledCarTest, RisesToNinetyPercentInAHundredAndEightMilliseconds) {
+  WheeledCar car = MakeCar();
+  Reset(car);
+  car.Command(1.0, 0);
+  int steps = 0;
+  while (car.state().speed < 0.9 && steps < 240) {
+    car.Step();
+    ++steps;
+  }
+  EXPECT_GE(steps * kStep, 0.9 / 9.81);
+  EXPECT_NEAR(steps * kStep, 0.108, 0.005);
+}
+
+// v² / 2a with a ≤ μ g: no shorter than 0.051 m from 1 m/s, and it must stop.
+TEST(WheeledCarTest, BrakesWithinTheFrictionLimit) {
+  WheeledCar car = MakeCar();
+  Reset(car);
+  car.Command(1.0, 0);
+  Advance(car, 1);
+  const double from = car.state().x;
+  car.Command(0, 0);
+  Advance(car, 0.5);
+  const double distance = car.state().x - from;
+  EXPECT_GE(distance, 1.0 / (2 * 9.81));
+  EXPECT_LE(distance, 0.075);
+  EXPECT_NEAR(car.state().speed, 0, 1e-3);
+}
+
+// v and ω constant: a circle of radius v / ω around (0, v / ω), once in 2π / ω.
+TEST(WheeledCarTest, DrivesACircleOfRadiusSpeedOverYawRate) {
+  WheeledCar car = MakeCar();
+  Reset(car);
+  car.Command(0.4, 1.6);
+  Advance(car, 1);
+  double min_x = 1e9, max_x = -1e9, min_y = 1e9, max_y = -1e9;
+  double turned = 0, last_yaw = car.state().yaw;
+  const int steps = static_cast<int>(std::lround(2 * std::numbers::pi / 1.6 * kRate));
+  for (int i = 0; i < steps; ++i) {
+    car.Step();
+    const GroundState s = car.state();
+    turned += std::remainder(s.yaw - last_yaw, 2 * std::numbers::pi);
+    last_yaw = s.yaw;
+    min_x = std::min(min_x, s.x), max_x = std::max(max_x, s.x);
+    min_y = std::min(min_y, s.y), max_y = std::max(max_y, s.y);
+  }
+  EXPECT_NEAR(turned, 2 * std::numbers::pi, 0.02);
+  EXPECT_NEAR(max_x - min_x, 2 * 0.4 / 1.6, 0.005);
+  EXPECT_NEAR(max_y - min_y, 2 * 0.4 / 1.6, 0.005);
+}
+
+TEST(WheeledCarTest, TurnsOnTheSpot) {
+  WheeledCar car = MakeCar();
+  Reset(car);
+  car.Command(0, 2);
+  Advance(car, 0.5);
+  const double yaw = car.state().yaw;
+  Advance(car, 0.5);
+  EXPECT_NEAR(car.state().yaw - yaw, 1.0, 0.01);
+  EXPECT_NEAR(std::hypot(car.state().x, car.state().y), 0, 1e-3);
+  EXPECT_NEAR(car.wheel_speed(1), 2 * 0.023 / 0.0125, 0.05);
+}
+
+// The friction pyramid turns with the car: every heading drives the same way.
+TEST(WheeledCarTest, BehavesAlikeInEveryHeading) {
+  std::vector<double> ends;
+  for (const double yaw : {0.0, 0.4, std::numbers::pi / 4, 2.0}) {
+    WheeledCar car = MakeCar();
+    Reset(car, yaw);
+    car.Command(1.0, 2.0);
+    Advance(car, 0.3);
+    ends.push_back(std::hypot(car.state().x, car.state().y));
+  }
+  for (const double end : ends) EXPECT_NEAR(end, ends[0], 1e-4);
+}
+
+TEST(WheeledCarTest, LimitsTheMotorsSpeed) {
+  WheeledCar car = MakeCar();
+  Reset(car);
+  car.Command(100, 0);
+  Advance(car, 3);
+  EXPECT_NEAR(car.wheel_speed(0), 1.5 * (1 + 0.5 * 0.046 * 2) / 0.0125, 0.5);
+}
+
+// Other sizes keep the proportions, so they stand, drive and turn as stably.
+TEST(WheeledCarTest, OtherSizesDriveAsStably) {
+  for (const auto& [length, width] : {std::pair{0.035, 0.025}, {0.10, 0.05}, {0.05, 0.06}, {0.5, 0.4}, {2.0, 1.4}}) {
+    SCOPED_TRACE(length);
+    VehicleConfig config;
+    config.length = length;
+    config.width = width;
+    WheeledCar car = MakeCar(config);
+    Reset(car);
+    const double height = car.params().chassis_height;
+    car.Command(0.5, 0);
+    Advance(car, 2);
+    double squares = 0, worst_height = 0;
+    for (int i = 0; i < 240; ++i) {
+      car.Step();
+      squares += std::pow(car.state().speed - 0.5, 2);
+      worst_height = std::max(worst_height, std::abs(car.chassis_height() - height));
+    }
+    EXPECT_LE(std::sqrt(squares / 240), 0.005);
+    EXPECT_LE(worst_height, 0.03 * height);
+    car.Command(0.3, 1.0);
+    Advance(car, 2);
+    EXPECT_NEAR(car.state().speed, 0.3, 0.01);
+    EXPECT_NEAR(car.state().yaw_rate, 1.0, 0.02);
+  }
+}
+
+TEST(WheeledCarTest, SavesAndLoadsBitForBitInMidEpisode) {
+  WheeledCar car = MakeCar({}, 0.2);
+  Reset(car, 0.7);
+  car.Command(1.0, 1.5);
+  Advance(car, 0.3);
+  const std::string blob = car.Save();
+  const auto drive_on = [](WheeledCar& c) {
+    c.Step();
+    c.Command(0.2, -2);
+    Advance(c, 1);
+    return c.Save();
+  };
+  const std::string expected = drive_on(car);
+  WheeledCar other = MakeCar({}, 0.2);
+  Reset(other, -2);
+  other.Command(0.3, 0.3);
+  Advance(other, 0.2);
+  other.Load(blob);
+  EXPECT_EQ(other.Save(), blob);
+  EXPECT_EQ(drive_on(other), expected);
+  car.Load(blob);
+  EXPECT_EQ(drive_on(car), expected);
+}
+
+TEST(WheeledCarTest, RefusesATornBlob) {
+  WheeledCar car = MakeCar();
+  Reset(car);
+  const std::string blob = car.Save();
+  EXPECT_THROW(car.Load(blob.substr(0, blob.size() - 1)), Error);
+  EXPECT_THROW(car.Load(blob + "x"), Error);
+  EXPECT_THROW(car.Load(""), Error);
+}
+
+TEST(WheeledCarTest, ResetForgetsThePast) {
+  WheeledCar used = MakeCar({}, 0.3), fresh = MakeCar({}, 0.3);
+  RandomStream first(1, RandomPurpose::kParameters, 3);
+  used.Reset(1, 2, 3, first);
+  used.Command(1, 2);
+  Advance(used, 0.7);
+  for (WheeledCar* car : {&used, &fresh}) {
+    Reset(*car, 0.1);
+    car->Command(0.8, -1);
+    Advance(*car, 0.5);
+  }
+  EXPECT_EQ(used.Save(), fresh.Save());
+}
+
+// A slippery floor: friction 1 ± spread changes the first acceleration, which is μ times the wheels' load.
+TEST(WheeledCarTest, ParameterSpreadChangesTheDynamics) {
+  WheeledCar car = MakeCar({}, 0.5);
+  std::vector<double> speeds;
+  for (uint32_t episode = 0; episode < 8; ++episode) {
+    RandomStream random(1, RandomPurpose::kParameters, 0, episode);
+    car.Reset(0, 0, 0, random);
+    car.Command(1, 0);
+    Advance(car, 0.05);
+    speeds.push_back(car.state().speed);
+  }
+  std::sort(speeds.begin(), speeds.end());
+  EXPECT_GT(speeds.back() - speeds.front(), 0.05);
+}
+
+}  // namespace
+}  // namespace cairn::actors
