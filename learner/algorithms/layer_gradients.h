@@ -1,23 +1,95 @@
 #pragma once
 
+#include <cstddef>
+#include <span>
+
+#include "common/nn/kernels.h"
 #include "common/nn/layers.h"
 #include "common/nn/vector_math.h"
 
 /// Backward counterparts of common/nn/layers.h. Matrices are [rows × columns], column-major without gaps; sums over
-/// columns run in ascending order for each row, so they do not depend on the instruction set.
+/// columns run in ascending order for each row, so they do not depend on the instruction set. The float overloads are
+/// the fast ones (common/nn/kernels.h); the templates serve double, the reference.
 namespace cairn::learner::layers {
 
 using cairn::layers::LaneSum;
 
-/// d := d where h > 0, else 0; sum += Σ over columns of d.
+/// z := max(0, z + bias), and y_j := offset + w · z_j.
 template <typename Scalar>
-inline void ReluBackward(const Scalar* h, int rows, int columns, Scalar* __restrict d, Scalar* __restrict sum) {
+inline void BiasReluDot(const Scalar* bias, const Scalar* w, Scalar offset, int rows, int columns, Scalar* z,
+                        Scalar* y) {
+  cairn::layers::BiasRelu(bias, rows, columns, z);
+  cairn::layers::NarrowProduct(w, &offset, z, rows, 1, columns, y);
+}
+inline void BiasReluDot(const float* bias, const float* w, float offset, int rows, int columns, float* z, float* y) {
+  kernels::Best().bias_relu_dot(bias, w, offset, rows, columns, z, y);
+}
+
+/// Backward of BiasReluDot for derivatives e_j by y_j: d := derivatives by z + bias, sums += those by the bias,
+/// w_gradient += those by w.
+template <typename Scalar>
+inline void DotBackward(const Scalar* w, const Scalar* e, const Scalar* h, int rows, int columns, Scalar* __restrict d,
+                        Scalar* __restrict sums, Scalar* __restrict w_gradient) {
+  for (int j = 0; j < columns; ++j, h += rows, d += rows) {
+    for (int i = 0; i < rows; ++i) {
+      d[i] = h[i] > Scalar{0} ? w[i] * e[j] : Scalar{0};
+      sums[i] += d[i];
+      w_gradient[i] = math::Fma(e[j], h[i], w_gradient[i]);
+    }
+  }
+}
+inline void DotBackward(const float* w, const float* e, const float* h, int rows, int columns, float* d, float* sums,
+                        float* w_gradient) {
+  kernels::Best().dot_backward(w, e, h, rows, columns, d, sums, w_gradient);
+}
+
+/// d := d where h > 0, else 0; sums += Σ over columns of d.
+template <typename Scalar>
+inline void ReluBackward(const Scalar* h, int rows, int columns, Scalar* __restrict d, Scalar* __restrict sums) {
   for (int j = 0; j < columns; ++j, h += rows, d += rows) {
     for (int i = 0; i < rows; ++i) {
       d[i] = h[i] > Scalar{0} ? d[i] : Scalar{0};
-      sum[i] += d[i];
+      sums[i] += d[i];
     }
   }
+}
+inline void ReluBackward(const float* h, int rows, int columns, float* d, float* sums) {
+  kernels::Best().relu_backward(h, rows, columns, d, sums);
+}
+
+/// Column p: d_p := d_p where h > 0 in column samples_p, else 0.
+template <typename Scalar>
+inline void MaskSamples(const Scalar* h, std::span<const int> samples, int rows, Scalar* __restrict d) {
+  for (size_t p = 0; p < samples.size(); ++p, d += rows) {
+    const Scalar* column = h + static_cast<ptrdiff_t>(samples[p]) * rows;
+    for (int i = 0; i < rows; ++i) d[i] = column[i] > Scalar{0} ? d[i] : Scalar{0};
+  }
+}
+inline void MaskSamples(const float* h, std::span<const int> samples, int rows, float* d) {
+  kernels::Best().mask_samples(h, samples.data(), rows, static_cast<int>(samples.size()), d);
+}
+
+/// Column p: d_p := w where h > 0 in column samples_p, else 0.
+template <typename Scalar>
+inline void MaskVector(const Scalar* w, const Scalar* h, std::span<const int> samples, int rows, Scalar* __restrict d) {
+  for (size_t p = 0; p < samples.size(); ++p, d += rows) {
+    const Scalar* column = h + static_cast<ptrdiff_t>(samples[p]) * rows;
+    for (int i = 0; i < rows; ++i) d[i] = column[i] > Scalar{0} ? w[i] : Scalar{0};
+  }
+}
+inline void MaskVector(const float* w, const float* h, std::span<const int> samples, int rows, float* d) {
+  kernels::Best().mask_vector(w, h, samples.data(), rows, static_cast<int>(samples.size()), d);
+}
+
+/// to [columns × rows] := the transpose of from [rows × columns].
+template <typename Scalar>
+inline void Transpose(const Scalar* from, int rows, int columns, Scalar* to) {
+  for (int j = 0; j < columns; ++j) {
+    for (int i = 0; i < rows; ++i) to[static_cast<size_t>(i) * columns + j] = from[static_cast<size_t>(j) * rows + i];
+  }
+}
+inline void Transpose(const float* from, int rows, int columns, float* to) {
+  kernels::Best().transpose(from, rows, columns, to);
 }
 
 /// Sum over columns: sum += Σ d.
@@ -49,26 +121,6 @@ inline void NormalizeBackward(const Scalar* x, Scalar inverse_std, int rows, Sca
   const Scalar mean_d = LaneSum<Scalar>(rows, [d](int i) { return d[i]; }) / n;
   const Scalar mean_dx = LaneSum<Scalar>(rows, [d, x](int i) { return d[i] * x[i]; }) / n;
   for (int i = 0; i < rows; ++i) d[i] = inverse_std * (d[i] - mean_d - x[i] * mean_dx);
-}
-
-/// One column: d := d where h > 0, else 0.
-template <typename Scalar>
-inline void Mask(const Scalar* h, int rows, Scalar* __restrict d) {
-  for (int i = 0; i < rows; ++i) d[i] = h[i] > Scalar{0} ? d[i] : Scalar{0};
-}
-
-/// y_o = bias_o + Σ_i w_t[i, o] x_i for each of n columns; w_t is [in × out], x [in × n], y [out × n]. For few outputs;
-/// `bias` may be null.
-template <typename Scalar>
-inline void NarrowForward(const Scalar* w_t, const Scalar* bias, int in, int out, const Scalar* x, int n,
-                          Scalar* __restrict y) {
-  for (int j = 0; j < n; ++j, x += in, y += out) {
-    for (int o = 0; o < out; ++o) {
-      const Scalar* w = w_t + static_cast<ptrdiff_t>(o) * in;
-      const Scalar sum = LaneSum<Scalar>(in, [w, x](int i) { return w[i] * x[i]; });
-      y[o] = bias != nullptr ? sum + bias[o] : sum;
-    }
-  }
 }
 
 }  // namespace cairn::learner::layers

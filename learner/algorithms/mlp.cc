@@ -41,18 +41,11 @@ std::vector<MlpLayer> MakeLayers(const MlpShape& shape) {
     transposed += size;
     layer.narrow_sums = narrow_sums;
     narrow_sums += layer.narrow() ? size : 0;
+    if (layer.out == 1) layer.narrow_sums = layer.weights;
     in = layer.out;
     layers.push_back(layer);
   }
   return layers;
-}
-
-// to [columns × rows] = fromᵀ, from [rows × columns].
-template <typename Scalar>
-void Transpose(const Scalar* from, int rows, int columns, Scalar* to) {
-  for (int j = 0; j < columns; ++j) {
-    for (int i = 0; i < rows; ++i) to[static_cast<size_t>(i) * columns + j] = from[static_cast<size_t>(j) * rows + i];
-  }
 }
 
 }  // namespace
@@ -127,20 +120,25 @@ void Mlp<Scalar>::AddLayer(const MlpLayer& layer, int x_stride) {
 template <typename Scalar>
 const Scalar* Mlp<Scalar>::Forward(const MlpWeights<Scalar>& weights, const Scalar* x, int n,
                                    MlpTape<Scalar>* tape) const {
+  const Scalar* p = weights.values.data();
+  const MlpLayer& head = layers_.back();
   for (size_t l = 0; l + 1 < layers_.size(); ++l) {
     Scalar* h = tape->activations[l].data();
-    kernels_[l].forward(weights.values.data() + layers_[l].weights, x, n, h);
-    Activate(weights, static_cast<int>(l), n, tape);
+    kernels_[l].forward(p + layers_[l].weights, x, n, h);
     x = h;
+    if (l + 2 == layers_.size() && fused_head()) break;
+    Activate(weights, static_cast<int>(l), n, tape);
   }
-  const MlpLayer& head = layers_.back();
-  const Scalar* bias = weights.values.data() + head.bias;
   Scalar* y = tape->output.data();
-  if (head.narrow()) {
-    layers::NarrowForward(weights.transposed.data() + head.transposed, bias, head.in, head.out, x, n, y);
+  if (fused_head()) {
+    const MlpLayer& last = layers_[layers_.size() - 2];
+    layers::BiasReluDot(p + last.bias, p + head.weights, p[head.bias], last.out, n, tape->activations.back().data(), y);
+  } else if (head.narrow()) {
+    const Scalar* transposed = head.out == 1 ? p + head.weights : weights.transposed.data() + head.transposed;
+    cairn::layers::NarrowProduct(transposed, p + head.bias, x, head.in, head.out, n, y);
   } else {
-    kernels_.back().forward(weights.values.data() + head.weights, x, n, y);
-    cairn::layers::AddBias(bias, head.out, n, y);
+    kernels_.back().forward(p + head.weights, x, n, y);
+    cairn::layers::AddBias(p + head.bias, head.out, n, y);
   }
   return y;
 }
@@ -163,13 +161,20 @@ void Mlp<Scalar>::Activate(const MlpWeights<Scalar>& weights, int l, int n, MlpT
 template <typename Scalar>
 void Mlp<Scalar>::Backward(const MlpWeights<Scalar>& weights, const Scalar* x, const Scalar* d_output, int n,
                            MlpTape<Scalar>* tape, Scalar* gradient) const {
+  const int top = static_cast<int>(layers_.size()) - 1;
+  const MlpLayer& head = layers_[top];
+  layers::AddColumns(d_output, head.out, n, gradient + head.bias);
   const Scalar* delta = d_output;
-  layers::AddColumns(d_output, shape_.num_outputs, n, gradient + layers_.back().bias);
-  for (int l = static_cast<int>(layers_.size()) - 1; l > 0; --l) {
-    AddWeightGradient(l, delta, tape->activations[l - 1].data(), n, gradient);
+  for (int l = top; l > 0; --l) {
     Scalar* below = tape->delta[l % 2].data();
-    kernels_[l].backward(weights.transposed.data() + layers_[l].transposed, delta, n, below);
-    BackwardActivation(weights, l - 1, n, tape, below, gradient);
+    if (l == top && fused_head()) {
+      layers::DotBackward(weights.values.data() + head.weights, d_output, tape->activations[l - 1].data(), head.in, n,
+                          below, gradient + layers_[l - 1].bias, gradient + head.weights);
+    } else {
+      AddWeightGradient(l, delta, tape->activations[l - 1].data(), n, gradient);
+      kernels_[l].backward(weights.transposed.data() + layers_[l].transposed, delta, n, below);
+      BackwardActivation(weights, l - 1, n, tape, below, gradient);
+    }
     delta = below;
   }
   AddWeightGradient(0, delta, x, n, gradient);
@@ -215,11 +220,11 @@ void Mlp<Scalar>::InputGradient(const MlpWeights<Scalar>& weights, std::span<con
   const MlpLayer& bottom = layers_.front();
   CAIRN_DCHECK(head.out == 1);
   Scalar* delta = tape->delta[0].data();
-  for (int j = 0; j < n; ++j) {
-    std::copy_n(weights.values.data() + head.weights, head.in, delta + static_cast<size_t>(j) * head.in);
-  }
-  for (int l = static_cast<int>(layers_.size()) - 2;; --l) {
-    SampleActivationGradient(weights, l, samples, *tape, delta);
+  const int top = static_cast<int>(layers_.size()) - 2;
+  layers::MaskVector(weights.values.data() + head.weights, tape->activations[top].data(), samples, head.in, delta);
+  for (int l = top;; --l) {
+    if (l < top) layers::MaskSamples(tape->activations[l].data(), samples, layers_[l].out, delta);
+    if (shape_.layer_norm) SampleNormGradient(weights, l, samples, *tape, delta);
     if (l == 0) break;
     Scalar* below = tape->delta[delta == tape->delta[0].data() ? 1 : 0].data();
     kernels_[l].backward(weights.transposed.data() + layers_[l].transposed, delta, n, below);
@@ -227,22 +232,21 @@ void Mlp<Scalar>::InputGradient(const MlpWeights<Scalar>& weights, std::span<con
   }
   // dx_o = Σ_i W[i, o] dz_i, where the columns of W are contiguous.
   const Scalar* w = weights.values.data() + bottom.weights + static_cast<size_t>(first) * bottom.out;
-  layers::NarrowForward<Scalar>(w, nullptr, bottom.out, count, delta, n, d_input);
+  const Scalar* const no_offsets = nullptr;
+  const Scalar* const dz = delta;
+  cairn::layers::NarrowProduct(w, no_offsets, dz, bottom.out, count, n, d_input);
 }
 
-// As BackwardActivation, for chosen samples and without the parameters' derivatives.
+// LayerNorm's part of BackwardActivation, for chosen samples and without the parameters' derivatives.
 template <typename Scalar>
-void Mlp<Scalar>::SampleActivationGradient(const MlpWeights<Scalar>& weights, int l, std::span<const int> samples,
-                                           const MlpTape<Scalar>& tape, Scalar* delta) const {
+void Mlp<Scalar>::SampleNormGradient(const MlpWeights<Scalar>& weights, int l, std::span<const int> samples,
+                                     const MlpTape<Scalar>& tape, Scalar* delta) const {
   const MlpLayer& layer = layers_[l];
   const Scalar* gain = weights.values.data() + layer.gain;
   for (int sample : samples) {
-    const size_t column = static_cast<size_t>(sample) * layer.out;
-    layers::Mask(tape.activations[l].data() + column, layer.out, delta);
-    if (shape_.layer_norm) {
-      for (int i = 0; i < layer.out; ++i) delta[i] *= gain[i];
-      layers::NormalizeBackward(tape.normalized[l].data() + column, tape.inverse_std[l][sample], layer.out, delta);
-    }
+    for (int i = 0; i < layer.out; ++i) delta[i] *= gain[i];
+    const Scalar* x = tape.normalized[l].data() + static_cast<size_t>(sample) * layer.out;
+    layers::NormalizeBackward(x, tape.inverse_std[l][sample], layer.out, delta);
     delta += layer.out;
   }
 }
@@ -256,8 +260,8 @@ void Mlp<Scalar>::StartGradient(AlignedBuffer<Scalar>* gradient) const {
 template <typename Scalar>
 void Mlp<Scalar>::FinishGradient(AlignedBuffer<Scalar>* gradient) const {
   for (const MlpLayer& layer : layers_) {
-    if (!layer.narrow()) continue;
-    Transpose(gradient->data() + layer.narrow_sums, layer.in, layer.out, gradient->data() + layer.weights);
+    if (!layer.narrow() || layer.out == 1) continue;  // a single row is its own transpose
+    layers::Transpose(gradient->data() + layer.narrow_sums, layer.in, layer.out, gradient->data() + layer.weights);
   }
 }
 
@@ -273,7 +277,8 @@ void Mlp<Scalar>::RefreshHead(MlpWeights<Scalar>* weights) const {
 
 template <typename Scalar>
 void Mlp<Scalar>::RefreshLayer(const MlpLayer& layer, MlpWeights<Scalar>* weights) const {
-  Transpose(weights->values.data() + layer.weights, layer.out, layer.in, weights->transposed.data() + layer.transposed);
+  layers::Transpose(weights->values.data() + layer.weights, layer.out, layer.in,
+                    weights->transposed.data() + layer.transposed);
 }
 
 template struct MlpWeights<float>;

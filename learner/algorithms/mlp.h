@@ -108,12 +108,15 @@ class Mlp {
     std::vector<Gemm<Scalar>> weight_gradient;  // dW += dz xᵀ (narrow: dWᵀ += x dzᵀ), one a number of columns
   };
 
+  /// A single output without LayerNorm below it: its products share the passes of the last activation.
+  bool fused_head() const { return shape_.num_outputs == 1 && !shape_.layer_norm; }
+
   void AddLayer(const MlpLayer& layer, int x_stride);
   void Activate(const MlpWeights<Scalar>& weights, int l, int n, MlpTape<Scalar>* tape) const;
   void BackwardActivation(const MlpWeights<Scalar>& weights, int l, int n, MlpTape<Scalar>* tape, Scalar* delta,
                           Scalar* gradient) const;
-  void SampleActivationGradient(const MlpWeights<Scalar>& weights, int l, std::span<const int> samples,
-                                const MlpTape<Scalar>& tape, Scalar* delta) const;
+  void SampleNormGradient(const MlpWeights<Scalar>& weights, int l, std::span<const int> samples,
+                          const MlpTape<Scalar>& tape, Scalar* delta) const;
   void AddWeightGradient(int l, const Scalar* delta, const Scalar* x, int n, Scalar* gradient) const;
 
   void RefreshLayer(const MlpLayer& layer, MlpWeights<Scalar>* weights) const;

@@ -99,7 +99,6 @@ template <typename Scalar>
 void TwinCritic<Scalar>::UpdateTargets(double tau) {
   for (int i = 0; i < 2; ++i) {
     Polyak<Scalar>(tau, critics_[i].parameters(), {targets_[i].values.data(), targets_[i].values.size()});
-    mlp_.RefreshHead(&targets_[i]);
   }
 }
 
