@@ -81,6 +81,7 @@ bool Coordinator::WaitForFleet() {
   changed_.wait(lock, [this] { return stopped_ || (fleet_.complete() && control_.table_hash != 0); });
   if (stopped_) return false;
   control_.phase = Control::Phase::kRunning;
+  dirty_ = true;
   fleet_.set_started();
   return true;
 }
@@ -158,8 +159,11 @@ void Coordinator::AcceptSegments(ActorRecord* actor, const Experience& experienc
     if (segment.table_hash != control_.table_hash || segment.policy_incarnation != control_.incarnation ||
         !SoundForRound(segment)) {
       ++counters_.refused;
-      log::Warning("actor {}: segment of vehicle {} refused: table {:016x}, policy version {}", actor->actor_id,
-                   segment.vehicle, segment.table_hash, segment.policy_version);
+      log::Warning(
+          "actor {}: segment of vehicle {} refused: table {:016x}, policy {:016x} version {}; in force are "
+          "table {:016x}, policy {:016x} version {}, {} steps missing in the round",
+          actor->actor_id, segment.vehicle, segment.table_hash, segment.policy_incarnation, segment.policy_version,
+          control_.table_hash, control_.incarnation, control_.policy_version, round_steps_missing_);
       continue;
     }
     switch (fleet_.Accept(*actor, segment)) {

@@ -1,0 +1,174 @@
+#include "learner/fleet.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace cairn::learner {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr uint64_t kHash = 0xABCD;
+
+Fleet MakeFleet(int actors = 2, int vehicles = 5) { return {actors, vehicles, kHash, 3, "rev"}; }
+
+Hello MakeHello(int actor_id, int64_t session, int generation = 0) {
+  Hello hello;
+  hello.session = session;
+  hello.experiment_hash = kHash;
+  hello.actor_id = actor_id;
+  hello.generation = generation;
+  hello.observation_size = 3;
+  hello.git_revision = "rev";
+  return hello;
+}
+
+Segment MakeSegment(int vehicle, int episode, int first_step, int steps, SegmentEnd end = SegmentEnd::kNone) {
+  Segment s;
+  s.vehicle = vehicle;
+  s.episode = episode;
+  s.first_step = first_step;
+  s.end = end;
+  s.observations.assign(static_cast<size_t>(3 * (steps + 1)), 0.5f);
+  s.actions.assign(static_cast<size_t>(2 * steps), 0.5f);
+  s.rewards.assign(static_cast<size_t>(steps), 1.0f);
+  return s;
+}
+
+const TimePoint kNow{std::chrono::hours(1)};
+
+TEST(FleetTest, SplitsVehiclesContiguouslyOverTheActors) {
+  Fleet fleet = MakeFleet(2, 5);
+  EXPECT_THAT(fleet.Join(MakeHello(1, 11), kNow).vehicle, ElementsAre(2, 3, 4));
+  EXPECT_FALSE(fleet.complete());
+  EXPECT_THAT(fleet.Join(MakeHello(0, 10), kNow).vehicle, ElementsAre(0, 1));
+  EXPECT_TRUE(fleet.complete());
+}
+
+TEST(FleetTest, EveryVehicleHasExactlyOneHome) {
+  for (int actors = 1; actors <= 9; ++actors) {
+    Fleet fleet = MakeFleet(actors, 8);
+    std::vector<int> owners(8, 0);
+    for (int a = 0; a < actors; ++a) {
+      for (const int v : fleet.Join(MakeHello(a, 100 + a), kNow).vehicle) ++owners[static_cast<size_t>(v)];
+    }
+    EXPECT_THAT(owners, ::testing::Each(1)) << actors;
+  }
+}
+
+TEST(FleetTest, RefusesAnotherRevisionOrExperimentNamingTheFields) {
+  Fleet fleet = MakeFleet();
+  Hello hello = MakeHello(0, 10);
+  hello.git_revision = "other";
+  hello.experiment_hash = 1;
+  hello.observation_size = 4;
+  const Welcome welcome = fleet.Join(hello, kNow);
+  EXPECT_EQ(welcome.status, Welcome::Status::kRefused);
+  EXPECT_THAT(welcome.reason, HasSubstr("git_revision is other (the learner's: rev)"));
+  EXPECT_THAT(welcome.reason, HasSubstr("experiment_hash"));
+  EXPECT_THAT(welcome.reason, HasSubstr("observation_size is 4"));
+  EXPECT_EQ(fleet.Find(10), nullptr);
+}
+
+TEST(FleetTest, RefusesAnActorIdOutsideTheRun) {
+  Fleet fleet = MakeFleet(2);
+  const Welcome welcome = fleet.Join(MakeHello(2, 10), kNow);
+  EXPECT_EQ(welcome.status, Welcome::Status::kRefused);
+  EXPECT_THAT(welcome.reason, HasSubstr("actor_id is 2"));
+}
+
+TEST(FleetTest, RefusesASecondHolderOfALivingIdOnly) {
+  Fleet fleet = MakeFleet();
+  fleet.Join(MakeHello(0, 10), kNow);
+  EXPECT_EQ(fleet.Join(MakeHello(0, 11), kNow).status, Welcome::Status::kIdTaken);
+  EXPECT_NE(fleet.Find(10), nullptr);
+  // The supervisor's next generation replaces at once, a stranger when the holder has been silent.
+  EXPECT_EQ(fleet.Join(MakeHello(0, 12, 1), kNow).status, Welcome::Status::kAccepted);
+  EXPECT_EQ(fleet.Find(10), nullptr);
+  EXPECT_EQ(fleet.Join(MakeHello(0, 13), kNow + std::chrono::minutes(1)).status, Welcome::Status::kAccepted);
+}
+
+TEST(FleetTest, RepeatedHelloOfOneSessionChangesNothing) {
+  Fleet fleet = MakeFleet();
+  const Welcome first = fleet.Join(MakeHello(0, 10), kNow);
+  EXPECT_EQ(fleet.Join(MakeHello(0, 10), kNow).assignment, first.assignment);
+}
+
+TEST(FleetTest, AcceptsTransitionsExactlyOnceAndInOrder) {
+  Fleet fleet = MakeFleet();
+  fleet.Join(MakeHello(0, 10), kNow);
+  const ActorRecord& actor = *fleet.Find(10);
+  using Verdict = Fleet::Verdict;
+  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 0, 0, 4)), Verdict::kAccepted);
+  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 0, 0, 4)), Verdict::kDuplicate);
+  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 0, 6, 1)), Verdict::kGap);
+  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 1, 0, 1)), Verdict::kGap) << "episode 0 goes on";
+  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 0, 4, 2, SegmentEnd::kTerminated)), Verdict::kAccepted);
+  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 0, 6, 1)), Verdict::kGap) << "episode 0 is over";
+  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 2, 0, 1)), Verdict::kGap) << "episode 1 is missing";
+  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 1, 0, 1)), Verdict::kAccepted);
+  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 0, 4, 2)), Verdict::kDuplicate);
+  EXPECT_EQ(fleet.vehicles()[0].round_steps, 7);
+}
+
+TEST(FleetTest, RefusesForeignVehiclesAndNonFiniteNumbers) {
+  Fleet fleet = MakeFleet();
+  fleet.Join(MakeHello(0, 10), kNow);
+  const ActorRecord& actor = *fleet.Find(10);
+  EXPECT_EQ(fleet.Accept(actor, MakeSegment(4, 0, 0, 1)), Fleet::Verdict::kForeign);
+  EXPECT_EQ(fleet.Accept(actor, MakeSegment(-1, 0, 0, 1)), Fleet::Verdict::kForeign);
+  EXPECT_EQ(fleet.Accept(actor, MakeSegment(99, 0, 0, 1)), Fleet::Verdict::kForeign);
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    Segment s = MakeSegment(0, 0, 0, 2);
+    s.observations[8] = bad;
+    EXPECT_EQ(fleet.Accept(actor, s), Fleet::Verdict::kNotFinite);
+    s = MakeSegment(0, 0, 0, 2);
+    s.rewards[1] = bad;
+    EXPECT_EQ(fleet.Accept(actor, s), Fleet::Verdict::kNotFinite);
+  }
+  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 0, 0, 2)), Fleet::Verdict::kAccepted);
+}
+
+TEST(FleetTest, ADivergedEpisodeIsOverWithoutALastSegment) {
+  Fleet fleet = MakeFleet();
+  fleet.Join(MakeHello(0, 10), kNow);
+  const ActorRecord& actor = *fleet.Find(10);
+  fleet.Accept(actor, MakeSegment(0, 0, 0, 4));
+  EpisodeResult diverged;
+  diverged.vehicle = 0;
+  diverged.episode = 0;
+  fleet.CloseDiverged(actor, diverged);
+  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 1, 0, 1)), Fleet::Verdict::kAccepted);
+}
+
+TEST(FleetTest, AReplacementGoesOnWhereTheAcceptedPrefixEnds) {
+  Fleet fleet = MakeFleet();
+  fleet.Join(MakeHello(0, 10), kNow);
+  fleet.Join(MakeHello(1, 20), kNow);
+  fleet.set_started();
+  fleet.set_round(3);
+  fleet.Accept(*fleet.Find(10), MakeSegment(1, 0, 0, 4));
+  EXPECT_FALSE(fleet.disturbed());
+  const Welcome welcome = fleet.Join(MakeHello(0, 11, 1), kNow);
+  EXPECT_TRUE(fleet.disturbed());
+  EXPECT_EQ(welcome.round, 3);
+  EXPECT_THAT(welcome.vehicle, ElementsAre(0, 1));
+  EXPECT_THAT(welcome.next_episode, ElementsAre(0, 1));
+  EXPECT_THAT(welcome.round_steps_done, ElementsAre(0, 4));
+  EXPECT_EQ(fleet.Accept(*fleet.Find(11), MakeSegment(1, 1, 0, 2)), Fleet::Verdict::kAccepted);
+}
+
+TEST(FleetTest, ReassignGivesTheVehiclesOfALostActorToTheOthers) {
+  Fleet fleet = MakeFleet();
+  fleet.Join(MakeHello(0, 10), kNow);
+  fleet.Join(MakeHello(1, 20), kNow);
+  EXPECT_THAT(fleet.Reassign(0), ElementsAre(20));
+  EXPECT_THAT(fleet.Assignment(*fleet.Find(20)).vehicle, ElementsAre(0, 1, 2, 3, 4));
+  EXPECT_TRUE(fleet.Reassign(1).empty()) << "nobody could take over";
+}
+
+}  // namespace
+}  // namespace cairn::learner
