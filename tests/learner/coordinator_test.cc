@@ -223,6 +223,7 @@ TEST_F(CoordinatorTest, AsyncCreditNeverExceedsWhatIsAllowedInAll) {
   ASSERT_TRUE(actors_[0]->UntilControl([&] { return credit() == 30; }));
   // One actor uses its share, the other none: only what was used comes free again, and never beyond the total.
   ASSERT_TRUE(actors_[1]->UntilControl([&] { return actors_[1]->control->phase == Control::Phase::kRunning; }));
+  actors_[1]->Send({actors_[1]->Make(2, 0, 15)}, 1);
   ASSERT_FALSE(coordinator_->Take(std::chrono::seconds(5)).segments.empty());
   coordinator_->SetAllowed(1000000, false);
   ASSERT_TRUE(actors_[0]->UntilControl([&] { return credit() == experiment_.total_env_steps; }));
