@@ -120,6 +120,12 @@ int CountComponents(const Roadmap& roadmap) {
 
 }  // namespace
 
+void CheckPlannable(const World& world, const DistanceField& field, const PlannerConfig& config,
+                    double inscribed_radius) {
+  CheckConfig(world, config, inscribed_radius);
+  Reachability(world, field, config.radius).CheckStart();
+}
+
 BuiltRoadmap BuildRoadmap(const World& world, const DistanceField& field, const PlannerConfig& config,
                           double inscribed_radius) {
   const TimePoint start = Clock::now();

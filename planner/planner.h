@@ -25,6 +25,12 @@ struct BuiltRoadmap {
   BuildInfo info;
 };
 
+/// Whether a roadmap of this config can serve this world: throws UsageError for an eta that would read costs through
+/// walls (with the largest that passes), a spacing that cannot cover, an occupied or unreachable goal, a start region
+/// without a free point. Cheap beside BuildRoadmap, which calls it too.
+void CheckPlannable(const World& world, const DistanceField& field, const PlannerConfig& config,
+                    double inscribed_radius);
+
 /// Builds the roadmap of a world for obstacles inflated by config.radius (RRG as an ompl::base::Planner, FCL validity),
 /// ending on coverage and connectivity. `inscribed_radius` [m] of the robot enters the wall-reading rule
 /// r_ball < thinnest wall + radius + inscribed_radius. Same config, same bytes.

@@ -11,13 +11,13 @@
 #include "common/core/hash.h"
 #include "common/core/log.h"
 #include "common/world/distance_field.h"
-#include "common/world/reachability.h"
 #include "deploy/launcher/cpus.h"
 #include "deploy/launcher/network.h"
 #include "deploy/launcher/port_block.h"
 #include "deploy/launcher/run_directory.h"
 #include "deploy/launcher/sibling.h"
 #include "deploy/launcher/supervisor.h"
+#include "planner/planner.h"
 
 namespace cairn::deploy {
 namespace {
@@ -34,7 +34,7 @@ std::string ProgramOf(ProcessKind kind) { return SiblingProgram(std::string("cai
 void CheckWorld(const Experiment& experiment) {
   const World world = MakeWorld(experiment.world);
   const DistanceField field(world, experiment.world.field_resolution);
-  Reachability(world, field, experiment.planner.radius).CheckStart();
+  planner::CheckPlannable(world, field, experiment.planner, experiment.vehicle.inscribed_radius());
 }
 
 // Holds what the run needs as long as it lasts, and starts its processes.
