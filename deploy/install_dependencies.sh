@@ -60,7 +60,16 @@ if ((EUID != 0)); then
   as_root=(sudo)
 fi
 
-echo "Installing ${#missing[@]} packages: ${missing[*]}"
-"${as_root[@]}" apt-get update -qq
-"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-  apt-get install -y -qq --no-install-recommends -o Dpkg::Use-Pty=0 "${missing[@]}"
+# apt's hundreds of lines are for the case that it fails.
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+apt() {
+  if ! "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -y "$@" > "$log" 2>&1; then
+    tail -n 40 "$log" >&2
+    echo "install_dependencies.sh: apt-get $1 failed, see above" >&2
+    exit 1
+  fi
+}
+echo "Installing ${#missing[@]} packages and what they need (a minute or two): ${missing[*]}"
+apt update
+apt install --no-install-recommends "${missing[@]}"
