@@ -137,6 +137,11 @@ inline void StorePart(Lanes x, int n, float* p) {
   for (int l = 0; l < n; ++l) p[l] = padded[l];
 }
 
+template <int N>
+struct Width {
+  static constexpr int value = N;
+};
+
 /// Rows by sixteen: whole(r) as long as 16 are left, then part(r, how many).
 template <typename Whole, typename Part>
 inline void ForRows(int rows, Whole whole, Part part) {
@@ -188,23 +193,28 @@ void BiasReluDot(const float* bias, const float* w, float offset, int rows, int 
   for (; j < columns; ++j) BiasReluDotTile<1>(bias, w, offset, rows, z + static_cast<ptrdiff_t>(j) * rows, y + j);
 }
 
-/// C columns of x times O columns of w.
+/// C columns of x times O columns of w, C · O at most 12.
 template <int C, int O>
 inline void ProductTile(const float* w, const float* offsets, const float* x, int rows, int outs, float* y) {
-  Lanes sum[4] = {Zero(), Zero(), Zero(), Zero()};
+  constexpr int kGroups = (C * O + 3) / 4;
+  Lanes sum[kGroups][4];
+  for (int g = 0; g < 4 * kGroups; ++g) sum[g / 4][g % 4] = Zero();
   const auto add = [&](int r, auto load) {
     Lanes column[C];
     for (int c = 0; c < C; ++c) column[c] = load(x + static_cast<ptrdiff_t>(c) * rows + r);
     for (int o = 0; o < O; ++o) {
       const Lanes weight = load(w + static_cast<ptrdiff_t>(o) * rows + r);
-      for (int c = 0; c < C; ++c) sum[c * O + o] = Fma(weight, column[c], sum[c * O + o]);
+      for (int c = 0; c < C; ++c) {
+        Lanes& s = sum[(c * O + o) / 4][(c * O + o) % 4];
+        s = Fma(weight, column[c], s);
+      }
     }
   };
   ForRows(
       rows, [&](int r) { add(r, [](const float* p) { return Load(p); }); },
       [&](int r, int n) { add(r, [n](const float* p) { return LoadPart(p, n); }); });
-  float sums[4];
-  Sums(sum, sums);
+  float sums[4 * kGroups];
+  for (int g = 0; g < kGroups; ++g) Sums(sum[g], sums + 4 * g);
   for (int c = 0; c < C; ++c) {
     for (int o = 0; o < O; ++o) {
       y[static_cast<ptrdiff_t>(c) * outs + o] = (offsets != nullptr ? offsets[o] : 0.0f) + sums[c * O + o];
@@ -215,14 +225,19 @@ inline void ProductTile(const float* w, const float* offsets, const float* x, in
 template <int C>
 inline void ProductColumns(const float* w, const float* offsets, const float* x, int rows, int outs, float* y) {
   int o = 0;
-  for (; o + 2 <= outs; o += 2) {
-    ProductTile<C, 2>(w + static_cast<ptrdiff_t>(o) * rows, offsets != nullptr ? offsets + o : nullptr, x, rows, outs,
-                      y + o);
-  }
-  if (o < outs) {
-    ProductTile<C, 1>(w + static_cast<ptrdiff_t>(o) * rows, offsets != nullptr ? offsets + o : nullptr, x, rows, outs,
-                      y + o);
-  }
+  const auto tiles = [&](auto width) {  // as many outputs at a time as the registers hold
+    constexpr int kOutputs = decltype(width)::value;
+    for (; o + kOutputs <= outs; o += kOutputs) {
+      ProductTile<C, kOutputs>(w + static_cast<ptrdiff_t>(o) * rows, offsets != nullptr ? offsets + o : nullptr, x,
+                               rows, outs, y + o);
+    }
+  };
+#ifdef __AVX512F__
+  tiles(Width<6>());
+#endif
+  tiles(Width<3>());
+  tiles(Width<2>());
+  tiles(Width<1>());
 }
 
 void NarrowProduct(const float* w, const float* offsets, const float* x, int rows, int outs, int columns, float* y) {

@@ -79,9 +79,6 @@ inline float Tanh(float x) {
   return magnitude < 0.625f ? small : std::copysign(large, x);
 }
 
-/// log(1 + e^-x) for x >= 0, to an absolute error of about 1e-7.
-inline float SoftplusOfMinus(float x) { return Log(1.0f + Exp(-x)); }
-
 /// cos(2 pi t) and sin(2 pi t) for t in [0, 1].
 inline void CosSin2Pi(float t, float* cosine, float* sine) {
   // Nearest quarter turn q, rest in [-pi/4, pi/4]: Cephes' polynomials, then swap and signs by q.
@@ -104,6 +101,5 @@ inline void CosSin2Pi(float t, float* cosine, float* sine) {
 inline double Exp(double x) { return std::exp(x); }
 inline double Log(double x) { return std::log(x); }
 inline double Tanh(double x) { return std::tanh(x); }
-inline double SoftplusOfMinus(double x) { return std::log1p(std::exp(-x)); }
 
 }  // namespace cairn::math

@@ -50,8 +50,68 @@ class InfoSums {
   UpdateInfo sum_;
 };
 
-/// Batches from replay for Method = Sac<float> or Td3<float>. The rows of an update are drawn while the update before
-/// it computes, and fetched into the cache piece by piece.
+/// Brings replay rows into a batch just before they are needed, and into the cache one chunk before that. The rows of
+/// an update are drawn while the update before it computes.
+class ReplayFeeder final : public BatchFeeder {
+ public:
+  ReplayFeeder(const BatchRandom& random, Batch<float>* batch)
+      : random_(random), batch_(batch), rows_(batch->size()), next_rows_(batch->size()) {}
+
+  /// Before the first of several updates, numbered from `update` on.
+  void StartCall(const ReplayBuffer& replay, int64_t update) {
+    replay_ = &replay;
+    Draw(update, &next_rows_);
+    PrefetchFrom(&next_rows_, 0, kFirstRows);
+    while (prefetched_ < prefetch_end_) Pause();
+  }
+
+  /// Before each update; `last` when no other follows in this call.
+  void StartUpdate(int64_t update, bool last) {
+    rows_.swap(next_rows_);
+    if (!last) Draw(update + 1, &next_rows_);
+    more_ = !last;
+  }
+
+  void Need(int first, int count) override {
+    batch_->Gather(*replay_, std::span(rows_).subspan(first, count), first);
+    const int next = first + count;
+    if (next < batch_->size()) {
+      PrefetchFrom(&rows_, next, count);
+    } else if (more_) {
+      PrefetchFrom(&next_rows_, 0, count);
+    }
+  }
+
+  void Pause() override {
+    const int end = std::min(prefetched_ + kRowsAPause, prefetch_end_);
+    for (; prefetched_ < end; ++prefetched_) replay_->Prefetch(static_cast<int>((*prefetch_rows_)[prefetched_]));
+  }
+
+ private:
+  static constexpr int kRowsAPause = 16;  // some 50 cache lines: as many misses as a core has under way
+  static constexpr int kFirstRows = 64;
+
+  void Draw(int64_t update, std::vector<uint32_t>* rows) const {
+    random_.Below(BatchRandom::Purpose::kReplayRows, update, static_cast<uint32_t>(replay_->size()),
+                  static_cast<int>(rows->size()), rows->data());
+  }
+
+  void PrefetchFrom(const std::vector<uint32_t>* rows, int first, int count) {
+    prefetch_rows_ = rows;
+    prefetched_ = first;
+    prefetch_end_ = std::min(first + count, batch_->size());
+  }
+
+  const BatchRandom& random_;
+  Batch<float>* batch_;
+  const ReplayBuffer* replay_ = nullptr;
+  std::vector<uint32_t> rows_, next_rows_;
+  const std::vector<uint32_t>* prefetch_rows_ = nullptr;
+  int prefetched_ = 0, prefetch_end_ = 0;
+  bool more_ = false;
+};
+
+/// Batches from replay and random numbers for Method = Sac<float> or Td3<float>.
 template <typename Method>
 class OffPolicy final : public Algorithm {
  public:
@@ -60,21 +120,19 @@ class OffPolicy final : public Algorithm {
         method_(config, shape, seed),
         random_(seed),
         batch_(config.batch_size, shape.observation_size, shape.action_size),
-        rows_(config.batch_size),
-        next_rows_(config.batch_size) {}
+        feeder_(random_, &batch_) {}
 
   void Update(const ReplayBuffer& replay, int count, double progress) override {
-    CAIRN_CHECK(replay.size() > 0);
+    CAIRN_CHECK(replay.size() > 0 && replay.observation_size() == batch_.observation_size() &&
+                replay.action_size() == batch_.action_size());
     const double learning_rate = LinearDecay(config_.learning_rate, config_.final_learning_rate_fraction, progress);
-    DrawRows(replay, &next_rows_);
-    for (int i = 0; i < count; ++i) {
-      rows_.swap(next_rows_);
-      FillBatch(replay);
-      ++num_updates_;
-      const bool more = i + 1 < count;
-      if (more) DrawRows(replay, &next_rows_);
-      prefetched_ = more ? 0 : config_.batch_size;
-      sums_.Add(method_.Update(&batch_, learning_rate, [&] { PrefetchSome(replay); }));
+    feeder_.StartCall(replay, num_updates_);
+    for (int i = 0; i < count; ++i, ++num_updates_) {
+      feeder_.StartUpdate(num_updates_, i + 1 == count);
+      const int numbers = batch_.size() * batch_.action_size();
+      random_.Normals(BatchRandom::Purpose::kNextNoise, num_updates_, numbers, batch_.next_noise());
+      if (Method::kUsesNoise) random_.Normals(BatchRandom::Purpose::kNoise, num_updates_, numbers, batch_.noise());
+      sums_.Add(method_.Update(&batch_, learning_rate, &feeder_));
     }
   }
 
@@ -95,31 +153,11 @@ class OffPolicy final : public Algorithm {
   }
 
  private:
-  void DrawRows(const ReplayBuffer& replay, std::vector<uint32_t>* rows) const {
-    random_.Below(BatchRandom::Purpose::kReplayRows, num_updates_, static_cast<uint32_t>(replay.size()),
-                  config_.batch_size, rows->data());
-  }
-
-  void FillBatch(const ReplayBuffer& replay) {
-    const int numbers = batch_.size() * batch_.action_size();
-    random_.Normals(BatchRandom::Purpose::kNextNoise, num_updates_, numbers, batch_.next_noise());
-    random_.Normals(BatchRandom::Purpose::kNoise, num_updates_, numbers, batch_.noise());
-    batch_.Gather(replay, rows_);
-  }
-
-  // An equal share of the next rows at each pause of the method.
-  void PrefetchSome(const ReplayBuffer& replay) {
-    const int share = (config_.batch_size + method_.num_pauses() - 1) / method_.num_pauses();
-    const int end = std::min(config_.batch_size, prefetched_ + share);
-    for (; prefetched_ < end; ++prefetched_) replay.Prefetch(static_cast<int>(next_rows_[prefetched_]));
-  }
-
   LearnerConfig config_;
   Method method_;
   BatchRandom random_;
   Batch<float> batch_;
-  std::vector<uint32_t> rows_, next_rows_;
-  int prefetched_ = 0;
+  ReplayFeeder feeder_;
   int64_t num_updates_ = 0;
   InfoSums sums_;
 };

@@ -7,7 +7,7 @@
 namespace cairn::learner {
 namespace {
 
-constexpr int kMaxChunk = 128;
+constexpr int kMaxChunk = 64;
 constexpr int kMinChunk = 64;
 constexpr int kActivationFloats = 8192;  // 32 kB: one layer's activations of one chunk
 constexpr int kFloatsPerCacheLine = 16;
@@ -43,15 +43,17 @@ Batch<Scalar>::Batch(int size, int observation_size, int action_size)
 }
 
 template <typename Scalar>
-void Batch<Scalar>::Gather(const ReplayBuffer& replay, std::span<const uint32_t> rows) {
-  CAIRN_CHECK(replay.observation_size() == observation_size_ && replay.action_size() == action_size_ &&
-              static_cast<int>(rows.size()) == size_);
+void Batch<Scalar>::Gather(const ReplayBuffer& replay, std::span<const uint32_t> rows, int first) {
+  CAIRN_DCHECK(replay.observation_size() == observation_size_ && replay.action_size() == action_size_);
   // A replay row is a column without its last part; whole cache lines are copied.
   const int floats = std::min(replay.row_floats(), stride_);
-  for (int j = 0; j < size_; ++j) {
-    const float* row = replay.row(static_cast<int>(rows[j]));
-    Scalar* column = input(j);
-    for (int i = 0; i < floats; ++i) column[i] = static_cast<Scalar>(row[i]);
+  Scalar* column = input(first);
+  for (uint32_t index : rows) {
+    const float* row = replay.row(static_cast<int>(index));
+    for (int i = 0; i < floats; i += kFloatsPerCacheLine) {
+      for (int k = i; k < i + kFloatsPerCacheLine; ++k) column[k] = static_cast<Scalar>(row[k]);
+    }
+    column += stride_;
   }
 }
 

@@ -54,13 +54,25 @@ class Batch {
   Scalar* noise() { return noise_.data(); }            ///< for the actions at the observations
   Scalar* next_noise() { return next_noise_.data(); }  ///< for the actions at the next observations
 
-  /// Copies the rows of `replay` that `rows` [size] names.
-  void Gather(const ReplayBuffer& replay, std::span<const uint32_t> rows);
+  /// Copies the rows of `replay` that `rows` names to the samples from `first` on.
+  void Gather(const ReplayBuffer& replay, std::span<const uint32_t> rows, int first);
 
  private:
   int size_, observation_size_, action_size_, stride_;
   AlignedBuffer<Scalar> columns_;
   AlignedBuffer<Scalar> noise_, next_noise_;
+};
+
+/// What happens to a batch beside the arithmetic of an update. The plain one does nothing: the batch is complete.
+class BatchFeeder {
+ public:
+  virtual ~BatchFeeder() = default;
+
+  /// Called before samples [first, first + count) are used, in ascending order, once an update.
+  virtual void Need(int /*first*/, int /*count*/) {}
+
+  /// Called often, between products of matrices: a moment for a little memory traffic.
+  virtual void Pause() {}
 };
 
 extern template class Batch<float>;

@@ -92,11 +92,18 @@ inline void Transpose(const float* from, int rows, int columns, float* to) {
   kernels::Best().transpose(from, rows, columns, to);
 }
 
-/// Sum over columns: sum += Σ d.
+/// sum += Σ over columns of d, in four interleaved parts so that no addition waits for the one before it.
 template <typename Scalar>
 inline void AddColumns(const Scalar* d, int rows, int columns, Scalar* __restrict sum) {
-  for (int j = 0; j < columns; ++j, d += rows) {
-    for (int i = 0; i < rows; ++i) sum[i] += d[i];
+  for (int i = 0; i < rows; ++i) {
+    Scalar part[4] = {};
+    const Scalar* entry = d + i;
+    int j = 0;
+    for (; j + 4 <= columns; j += 4, entry += 4 * static_cast<ptrdiff_t>(rows)) {
+      for (int k = 0; k < 4; ++k) part[k] += entry[static_cast<ptrdiff_t>(k) * rows];
+    }
+    for (; j < columns; ++j, entry += rows) part[0] += *entry;
+    sum[i] += (part[0] + part[1]) + (part[2] + part[3]);
   }
 }
 

@@ -37,14 +37,13 @@ double Sac<Scalar>::alpha() const {
 }
 
 template <typename Scalar>
-UpdateInfo Sac<Scalar>::Update(Batch<Scalar>* batch, double learning_rate,
-                               const std::function<void()>& between_chunks) {
+UpdateInfo Sac<Scalar>::Update(Batch<Scalar>* batch, double learning_rate, BatchFeeder* feeder) {
   UpdateInfo info;
-  info.critic_loss = CriticLoss(batch, between_chunks);
+  info.critic_loss = CriticLoss(batch, feeder);
   CheckFinite(info.critic_loss, "critic_loss");
   critics_.Step(learning_rate, config_.max_grad_norm);
 
-  info.actor_loss = ActorLoss(batch, between_chunks);
+  info.actor_loss = ActorLoss(batch);
   CheckFinite(info.actor_loss, "actor_loss");
   TrainedMlp<Scalar>* const policy[] = {&policy_};
   ApplyGradients<Scalar>(policy_mlp_, policy, learning_rate, config_.max_grad_norm, "policy");
@@ -64,40 +63,42 @@ UpdateInfo Sac<Scalar>::Update(Batch<Scalar>* batch, double learning_rate,
 }
 
 template <typename Scalar>
-double Sac<Scalar>::CriticLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks) {
+double Sac<Scalar>::CriticLoss(Batch<Scalar>* batch, BatchFeeder* feeder) {
   critics_.StartBatch(&work_.critics);
   for (int c = 0; c < chunks_.count(); ++c) {
-    CriticChunk(batch, chunks_.first(c), chunks_.size(c), &work_);
-    between_chunks();
+    feeder->Need(chunks_.first(c), chunks_.size(c));
+    CriticChunk(batch, chunks_.first(c), chunks_.size(c), feeder, &work_);
   }
   return 0.5 * work_.critics.squared_error / batch->size();
 }
 
 template <typename Scalar>
-void Sac<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, Work* work) {
+void Sac<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, BatchFeeder* feeder, Work* work) {
   // a' ~ π(·|s')
   const Scalar* y = policy_mlp_.Forward(policy_.weights, batch->next_input(first), n, &work->policy_tape);
   work->head.Sample(y, n, batch->next_noise() + first, batch->size(), batch->next_action(first), batch->stride());
   const Scalar* log_prob = work->head.log_prob();
+  feeder->Pause();
   // y = R + discount (min_i Q'_i(s', a') − alpha log π(a'|s'))
   Scalar* target_q = work->q.data();
   critics_.MinTargetQ(batch->next_input(first), n, &work->critics, target_q);
+  feeder->Pause();
   const auto entropy_weight = static_cast<Scalar>(alpha());
   for (int j = 0; j < n; ++j) {
     target_q[j] = batch->reward(first + j) + batch->discount(first + j) * (target_q[j] - entropy_weight * log_prob[j]);
   }
   // J_Q = ½ mean (Q_i(s, a) − y)²
-  critics_.Regress(batch->input(first), target_q, n, Scalar{1} / static_cast<Scalar>(batch->size()), &work->critics);
+  critics_.Regress(batch->input(first), target_q, n, Scalar{1} / static_cast<Scalar>(batch->size()), feeder,
+                   &work->critics);
 }
 
 template <typename Scalar>
-double Sac<Scalar>::ActorLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks) {
+double Sac<Scalar>::ActorLoss(Batch<Scalar>* batch) {
   policy_mlp_.StartGradient(&policy_.gradient);
   work_.actor_loss = 0;
   work_.log_prob = 0;
   for (int c = 0; c < chunks_.count(); ++c) {
     ActorChunk(batch, chunks_.first(c), chunks_.size(c), &work_);
-    between_chunks();
   }
   mean_log_prob_ = work_.log_prob / batch->size();
   return work_.actor_loss / batch->size();

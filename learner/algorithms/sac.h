@@ -20,14 +20,13 @@ namespace cairn::learner {
 template <typename Scalar>
 class Sac {
  public:
+  static constexpr bool kUsesNoise = true;  ///< Batch::noise(), besides next_noise()
+
   Sac(const LearnerConfig& config, const PolicyShape& shape, uint64_t seed);
 
-  /// Uses the batch's transitions, noise and next noise; overwrites its actions. Calls `between_chunks` now and then,
-  /// for work that hides in the arithmetic. Throws Error when a loss or a gradient is not finite.
-  UpdateInfo Update(Batch<Scalar>* batch, double learning_rate, const std::function<void()>& between_chunks);
-
-  /// How often `between_chunks` is called in an update.
-  int num_pauses() const { return 2 * chunks_.count(); }
+  /// Uses the batch's transitions, noise and next noise; overwrites its actions. `feeder` may complete the
+  /// batch meanwhile. Throws Error when a loss or a gradient is not finite.
+  UpdateInfo Update(Batch<Scalar>* batch, double learning_rate, BatchFeeder* feeder);
 
   double alpha() const;
   double log_alpha() const { return log_alpha_; }
@@ -42,9 +41,9 @@ class Sac {
 
   /// The losses and their gradients alone, without a step: what Update is made of (and what tests differentiate).
   /// J_Q, both critics, per sample: ½ (Q_i(s, a) − y)², y = R + discount (min_i Q'_i(s', a') − alpha log π(a'|s')).
-  double CriticLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks);
+  double CriticLoss(Batch<Scalar>* batch, BatchFeeder* feeder);
   /// J_π: alpha log π(a|s) − min_i Q_i(s, a).
-  double ActorLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks);
+  double ActorLoss(Batch<Scalar>* batch);
   /// J(alpha) as a function of log alpha, and its derivative: −log alpha (mean log π + target entropy).
   double AlphaLoss() const;
   double AlphaGradient() const;
@@ -62,7 +61,7 @@ class Sac {
     double log_prob = 0;
   };
 
-  void CriticChunk(Batch<Scalar>* batch, int first, int n, Work* work);
+  void CriticChunk(Batch<Scalar>* batch, int first, int n, BatchFeeder* feeder, Work* work);
   void ActorChunk(Batch<Scalar>* batch, int first, int n, Work* work);
 
   LearnerConfig config_;

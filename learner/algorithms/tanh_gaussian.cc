@@ -14,6 +14,32 @@ constexpr double kMaxLogStd = 2.0;
 constexpr double kLog2 = 0.693147180559945309;
 constexpr double kHalfLog2Pi = 0.918938533204672742;
 
+// One action dimension: mean → tanh(u), log_std → std · noise, and the rest as TanhGaussian keeps it.
+// log π(a|s) = log N(u; mean, std) − log(1 − tanh² u). With e = exp(−2|u|), which never overflows, and without
+// cancellation for large |u|: tanh |u| = (1 − e) / (1 + e), 1 − tanh² u = 4 e / (1 + e)².
+template <typename Scalar>
+void Squash(const Scalar* __restrict noise, int n, Scalar* __restrict mean, Scalar* __restrict log_std,
+            Scalar* __restrict slope, Scalar* __restrict inside, Scalar* __restrict log_prob) {
+  const auto low = static_cast<Scalar>(kMinLogStd), high = static_cast<Scalar>(kMaxLogStd);
+  const auto log2 = static_cast<Scalar>(kLog2), half_log_2_pi = static_cast<Scalar>(kHalfLog2Pi);
+  for (int j = 0; j < n; ++j) {
+    const Scalar raw = log_std[j];
+    const Scalar above = raw < low ? low : raw;
+    const Scalar clamped = above > high ? high : above;
+    const Scalar step = math::Exp(clamped) * noise[j];
+    const Scalar u = mean[j] + step;
+    const Scalar magnitude = std::fabs(u);
+    const Scalar e = math::Exp(Scalar{-2} * magnitude);
+    const Scalar quotient = Scalar{1} / (Scalar{1} + e);
+    const Scalar log_slope = Scalar{2} * (log2 - magnitude - math::Log(Scalar{1} + e));
+    log_prob[j] += Scalar{-0.5} * noise[j] * noise[j] - clamped - half_log_2_pi - log_slope;
+    inside[j] = clamped == raw ? Scalar{1} : Scalar{0};
+    log_std[j] = step;
+    slope[j] = Scalar{4} * e * quotient * quotient;
+    mean[j] = std::copysign((Scalar{1} - e) * quotient, u);
+  }
+}
+
 }  // namespace
 
 template <typename Scalar>
@@ -21,6 +47,7 @@ TanhGaussian<Scalar>::TanhGaussian(int action_size, int max_samples)
     : action_size_(action_size),
       stride_((max_samples + 15) / 16 * 16),
       action_(static_cast<size_t>(action_size) * stride_),
+      slope_(static_cast<size_t>(action_size) * stride_),
       deviation_(static_cast<size_t>(action_size) * stride_),
       inside_(static_cast<size_t>(action_size) * stride_),
       log_prob_(static_cast<size_t>(stride_)) {}
@@ -29,33 +56,17 @@ template <typename Scalar>
 void TanhGaussian<Scalar>::Sample(const Scalar* y, int n, const Scalar* noise, int noise_stride, Scalar* action,
                                   int action_stride) {
   CAIRN_DCHECK(n <= stride_);
-  Scalar* __restrict log_prob = log_prob_.data();
-  std::fill_n(log_prob, n, Scalar{0});
+  std::fill_n(log_prob_.data(), n, Scalar{0});
   for (int a = 0; a < action_size_; ++a, noise += noise_stride) {
-    Scalar* __restrict mean = action_.data() + static_cast<size_t>(a) * stride_;
-    Scalar* __restrict deviation = deviation_.data() + static_cast<size_t>(a) * stride_;
-    Scalar* __restrict inside = inside_.data() + static_cast<size_t>(a) * stride_;
+    const size_t column = static_cast<size_t>(a) * stride_;
+    Scalar* tanh_u = action_.data() + column;
+    Scalar* deviation = deviation_.data() + column;
     for (int j = 0; j < n; ++j) {
-      mean[j] = y[j * 2 * action_size_ + a];
+      tanh_u[j] = y[j * 2 * action_size_ + a];
       deviation[j] = y[j * 2 * action_size_ + action_size_ + a];
     }
-    for (int j = 0; j < n; ++j) {
-      // log π(a|s) = log N(u; mean, std) − log(1 − tanh² u), and
-      // log(1 − tanh² u) = 2 (log 2 − |u| − log(1 + e^−2|u|)), which does not cancel.
-      const Scalar raw = deviation[j];
-      const auto low = static_cast<Scalar>(kMinLogStd), high = static_cast<Scalar>(kMaxLogStd);
-      const Scalar log_std = raw < low ? low : (raw > high ? high : raw);
-      const Scalar step = math::Exp(log_std) * noise[j];
-      const Scalar u = mean[j] + step;
-      const Scalar magnitude = std::fabs(u);
-      const Scalar log_slope =
-          Scalar{2} * (static_cast<Scalar>(kLog2) - magnitude - math::SoftplusOfMinus(Scalar{2} * magnitude));
-      log_prob[j] += Scalar{-0.5} * noise[j] * noise[j] - log_std - static_cast<Scalar>(kHalfLog2Pi) - log_slope;
-      inside[j] = log_std == raw ? Scalar{1} : Scalar{0};
-      deviation[j] = step;
-      mean[j] = math::Tanh(u);
-    }
-    for (int j = 0; j < n; ++j) action[static_cast<ptrdiff_t>(j) * action_stride + a] = mean[j];
+    Squash(noise, n, tanh_u, deviation, slope_.data() + column, inside_.data() + column, log_prob_.data());
+    for (int j = 0; j < n; ++j) action[static_cast<ptrdiff_t>(j) * action_stride + a] = tanh_u[j];
   }
 }
 
@@ -68,9 +79,10 @@ void TanhGaussian<Scalar>::Backward(const Scalar* d_q_d_action, int n, Scalar al
     const Scalar* action = action_.data() + column;
     const Scalar* deviation = deviation_.data() + column;
     const Scalar* inside = inside_.data() + column;
+    const Scalar* slope = slope_.data() + column;
     const Scalar* d_q = d_q_d_action + column;
     for (int j = 0; j < n; ++j) {
-      const Scalar d_u = factor * (Scalar{2} * alpha * action[j] - d_q[j] * (Scalar{1} - action[j] * action[j]));
+      const Scalar d_u = factor * (Scalar{2} * alpha * action[j] - d_q[j] * slope[j]);
       d_y[j * 2 * action_size_ + a] = d_u;
       d_y[j * 2 * action_size_ + action_size_ + a] = inside[j] * (d_u * deviation[j] - factor * alpha);
     }

@@ -28,6 +28,7 @@ class TanhGaussian {
  private:
   int action_size_, stride_;
   AlignedBuffer<Scalar> action_;     // [samples × action_size]: tanh(u)
+  AlignedBuffer<Scalar> slope_;      // [samples × action_size]: da/du = 1 − a²
   AlignedBuffer<Scalar> deviation_;  // [samples × action_size]: std · noise
   AlignedBuffer<Scalar> inside_;     // [samples × action_size]: 1 where log_std is not clamped, else 0
   AlignedBuffer<Scalar> log_prob_;   // [samples]

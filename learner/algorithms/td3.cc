@@ -44,16 +44,15 @@ Td3<Scalar>::Td3(const LearnerConfig& config, const PolicyShape& shape, uint64_t
 }
 
 template <typename Scalar>
-UpdateInfo Td3<Scalar>::Update(Batch<Scalar>* batch, double learning_rate,
-                               const std::function<void()>& between_chunks) {
+UpdateInfo Td3<Scalar>::Update(Batch<Scalar>* batch, double learning_rate, BatchFeeder* feeder) {
   UpdateInfo info;
-  info.critic_loss = CriticLoss(batch, between_chunks);
+  info.critic_loss = CriticLoss(batch, feeder);
   info.mean_q = work_.critics.q / (2.0 * batch->size());
   CheckFinite(info.critic_loss, "critic_loss");
   critics_.Step(learning_rate, config_.max_grad_norm);
   if (++num_updates_ % config_.policy_delay != 0) return info;
 
-  info.actor_loss = ActorLoss(batch, between_chunks);
+  info.actor_loss = ActorLoss(batch);
   CheckFinite(info.actor_loss, "actor_loss");
   TrainedMlp<Scalar>* const policy[] = {&policy_};
   ApplyGradients<Scalar>(policy_mlp_, policy, learning_rate, config_.max_grad_norm, "policy");
@@ -65,26 +64,29 @@ UpdateInfo Td3<Scalar>::Update(Batch<Scalar>* batch, double learning_rate,
 }
 
 template <typename Scalar>
-double Td3<Scalar>::CriticLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks) {
+double Td3<Scalar>::CriticLoss(Batch<Scalar>* batch, BatchFeeder* feeder) {
   critics_.StartBatch(&work_.critics);
   for (int c = 0; c < chunks_.count(); ++c) {
-    CriticChunk(batch, chunks_.first(c), chunks_.size(c), &work_);
-    between_chunks();
+    feeder->Need(chunks_.first(c), chunks_.size(c));
+    CriticChunk(batch, chunks_.first(c), chunks_.size(c), feeder, &work_);
   }
   return work_.critics.squared_error / batch->size();
 }
 
 template <typename Scalar>
-void Td3<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, Work* work) {
+void Td3<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, BatchFeeder* feeder, Work* work) {
   SmoothedTargetAction(batch, first, n, work);
+  feeder->Pause();
   // y = R + discount min_i Q'_i(s', a')
   Scalar* target_q = work->q.data();
   critics_.MinTargetQ(batch->next_input(first), n, &work->critics, target_q);
+  feeder->Pause();
   for (int j = 0; j < n; ++j) {
     target_q[j] = math::Fma(batch->discount(first + j), target_q[j], batch->reward(first + j));
   }
   // mean (Q_i(s, a) − y)²
-  critics_.Regress(batch->input(first), target_q, n, Scalar{2} / static_cast<Scalar>(batch->size()), &work->critics);
+  critics_.Regress(batch->input(first), target_q, n, Scalar{2} / static_cast<Scalar>(batch->size()), feeder,
+                   &work->critics);
 }
 
 // a' = clip(π'(s') + clip(ε, −c, c), −1, 1), ε ~ N(0, σ)
@@ -104,12 +106,11 @@ void Td3<Scalar>::SmoothedTargetAction(Batch<Scalar>* batch, int first, int n, W
 }
 
 template <typename Scalar>
-double Td3<Scalar>::ActorLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks) {
+double Td3<Scalar>::ActorLoss(Batch<Scalar>* batch) {
   policy_mlp_.StartGradient(&policy_.gradient);
   work_.actor_loss = 0;
   for (int c = 0; c < chunks_.count(); ++c) {
     ActorChunk(batch, chunks_.first(c), chunks_.size(c), &work_);
-    between_chunks();
   }
   return work_.actor_loss / batch->size();
 }

@@ -19,14 +19,13 @@ namespace cairn::learner {
 template <typename Scalar>
 class Td3 {
  public:
+  static constexpr bool kUsesNoise = false;  ///< Batch::noise(), besides next_noise()
+
   Td3(const LearnerConfig& config, const PolicyShape& shape, uint64_t seed);
 
-  /// Uses the batch's transitions and next noise; overwrites its actions in a policy update. Calls `between_chunks` now
-  /// and then, for work that hides in the arithmetic. Throws Error when a loss or a gradient is not finite.
-  UpdateInfo Update(Batch<Scalar>* batch, double learning_rate, const std::function<void()>& between_chunks);
-
-  /// How often at least `between_chunks` is called in an update.
-  int num_pauses() const { return chunks_.count(); }
+  /// Uses the batch's transitions and next noise; overwrites its actions in a policy update. `feeder` may
+  /// complete the batch meanwhile. Throws Error when a loss or a gradient is not finite.
+  UpdateInfo Update(Batch<Scalar>* batch, double learning_rate, BatchFeeder* feeder);
 
   const Mlp<Scalar>& policy_mlp() const { return policy_mlp_; }
   TrainedMlp<Scalar>& policy() { return policy_; }
@@ -39,9 +38,9 @@ class Td3 {
 
   /// The losses and their gradients alone, without a step: what Update is made of (and what tests differentiate).
   /// Both critics, per sample: (Q_i(s, a) − y)², y = R + discount min_i Q'_i(s', clip(π'(s') + clip(ε, −c, c), −1, 1)).
-  double CriticLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks);
+  double CriticLoss(Batch<Scalar>* batch, BatchFeeder* feeder);
   /// −Q_1(s, π(s)).
-  double ActorLoss(Batch<Scalar>* batch, const std::function<void()>& between_chunks);
+  double ActorLoss(Batch<Scalar>* batch);
 
  private:
   /// What belongs to one thread.
@@ -56,7 +55,7 @@ class Td3 {
     double actor_loss = 0;           // sum over the batch
   };
 
-  void CriticChunk(Batch<Scalar>* batch, int first, int n, Work* work);
+  void CriticChunk(Batch<Scalar>* batch, int first, int n, BatchFeeder* feeder, Work* work);
   void SmoothedTargetAction(Batch<Scalar>* batch, int first, int n, Work* work);
   void ActorChunk(Batch<Scalar>* batch, int first, int n, Work* work);
 

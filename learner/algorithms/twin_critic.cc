@@ -41,9 +41,11 @@ void TwinCritic<Scalar>::StartBatch(Work* work) {
 }
 
 template <typename Scalar>
-void TwinCritic<Scalar>::Regress(const Scalar* input, const Scalar* target_q, int n, Scalar weight, Work* work) {
+void TwinCritic<Scalar>::Regress(const Scalar* input, const Scalar* target_q, int n, Scalar weight, BatchFeeder* feeder,
+                                 Work* work) {
   for (int i = 0; i < 2; ++i) {
     const Scalar* q = mlp_.Forward(critics_[i].weights, input, n, &work->tape[i]);
+    feeder->Pause();
     for (int j = 0; j < n; ++j) {
       const Scalar error = q[j] - target_q[j];
       work->squared_error += static_cast<double>(error) * static_cast<double>(error);
@@ -51,6 +53,7 @@ void TwinCritic<Scalar>::Regress(const Scalar* input, const Scalar* target_q, in
       work->error[j] = weight * error;
     }
     mlp_.Backward(critics_[i].weights, input, work->error.data(), n, &work->tape[i], critics_[i].gradient.data());
+    feeder->Pause();
   }
 }
 

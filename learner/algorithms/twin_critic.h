@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/nn/aligned_buffer.h"
+#include "learner/algorithms/batch.h"
 #include "learner/algorithms/mlp.h"
 #include "learner/algorithms/trained_mlp.h"
 
@@ -40,7 +41,7 @@ class TwinCritic {
   void StartBatch(Work* work);
 
   /// Adds the gradient of weight · ½ Σ_i Σ_j (Q_i − target_q_j)².
-  void Regress(const Scalar* input, const Scalar* target_q, int n, Scalar weight, Work* work);
+  void Regress(const Scalar* input, const Scalar* target_q, int n, Scalar weight, BatchFeeder* feeder, Work* work);
 
   /// One step of both optimizers after the last Regress of a batch.
   void Step(double learning_rate, double max_grad_norm);

@@ -111,12 +111,6 @@ TEST(VectorMathTest, CosSinAreAccurateOverTheTurn) {
   }
 }
 
-TEST(VectorMathTest, SoftplusOfMinusIsAccurate) {
-  for (float x = 0; x < 40; x += 0.001f) {
-    ASSERT_NEAR(SoftplusOfMinus(x), std::log1p(std::exp(-static_cast<double>(x))), 1.5e-7) << x;
-  }
-}
-
 /// A loop that the compiler turns into vector code, over a part of an array that starts and ends anywhere.
 template <typename Function>
 void Apply(Function function, const float* x, int n, float* y) {

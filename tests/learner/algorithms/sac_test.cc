@@ -24,7 +24,7 @@ class SacGradientTest : public testing::TestWithParam<bool> {
     // A few updates make critics and targets differ.
     for (uint32_t i = 1; i <= 5; ++i) {
       FillBatch(i, &batch_);
-      sac_->Update(&batch_, 1e-2, NoPause);
+      sac_->Update(&batch_, 1e-2, Complete());
     }
     FillBatch(0, &batch_);
   }
@@ -39,28 +39,28 @@ TEST_P(SacGradientTest, CriticLoss) {
   const Mlp<double>& mlp = sac_->critics().mlp();
   for (int i = 0; i < 2; ++i) {
     TrainedMlp<double>& critic = sac_->critics().critic(i);
-    sac_->CriticLoss(&batch_, NoPause);
+    sac_->CriticLoss(&batch_, Complete());
     mlp.FinishGradient(&critic.gradient);
     const std::vector<double> gradient(critic.finished_gradient().begin(), critic.finished_gradient().end());
     ExpectGradient(
         {critic.weights.values.data(), critic.weights.values.size()}, gradient,
-        [&] { return sac_->CriticLoss(&batch_, NoPause); }, [&] { mlp.RefreshTransposed(&critic.weights); });
+        [&] { return sac_->CriticLoss(&batch_, Complete()); }, [&] { mlp.RefreshTransposed(&critic.weights); });
   }
 }
 
 TEST_P(SacGradientTest, ActorLoss) {
   const Mlp<double>& mlp = sac_->policy_mlp();
   TrainedMlp<double>& policy = sac_->policy();
-  sac_->ActorLoss(&batch_, NoPause);
+  sac_->ActorLoss(&batch_);
   mlp.FinishGradient(&policy.gradient);
   const std::vector<double> gradient(policy.finished_gradient().begin(), policy.finished_gradient().end());
   ExpectGradient(
-      {policy.weights.values.data(), policy.weights.values.size()}, gradient,
-      [&] { return sac_->ActorLoss(&batch_, NoPause); }, [&] { mlp.RefreshTransposed(&policy.weights); });
+      {policy.weights.values.data(), policy.weights.values.size()}, gradient, [&] { return sac_->ActorLoss(&batch_); },
+      [&] { mlp.RefreshTransposed(&policy.weights); });
 }
 
 TEST_P(SacGradientTest, AlphaLoss) {
-  sac_->ActorLoss(&batch_, NoPause);
+  sac_->ActorLoss(&batch_);
   const double log_alpha = sac_->log_alpha(), step = 1e-5;
   sac_->SetLogAlpha(log_alpha + step);
   const double above = sac_->AlphaLoss();
@@ -112,8 +112,8 @@ TEST(SacTest, LossesAreThoseOfThePaper) {
         std::min(q_of(sac.critics().critic(0).weights, input), q_of(sac.critics().critic(1).weights, input));
     actor_loss += (config.initial_alpha * log_prob - q) / size;
   }
-  EXPECT_NEAR(sac.CriticLoss(&batch, NoPause), critic_loss, 1e-11);
-  EXPECT_NEAR(sac.ActorLoss(&batch, NoPause), actor_loss, 1e-11);
+  EXPECT_NEAR(sac.CriticLoss(&batch, Complete()), critic_loss, 1e-11);
+  EXPECT_NEAR(sac.ActorLoss(&batch), actor_loss, 1e-11);
 }
 
 TEST(SacTest, AlphaRisesWhileEntropyIsBelowTarget) {
@@ -123,7 +123,7 @@ TEST(SacTest, AlphaRisesWhileEntropyIsBelowTarget) {
     config.target_entropy = target;
     Sac<float> sac(config, shape, 1);
     Batch<float> batch = MakeBatch<float>(config, shape);
-    sac.Update(&batch, 1e-3, NoPause);
+    sac.Update(&batch, 1e-3, Complete());
     EXPECT_EQ(sac.alpha() > config.initial_alpha, target > 0) << target;
   }
 }
@@ -134,7 +134,7 @@ TEST(SacTest, FixedAlphaStays) {
   const PolicyShape shape = SmallShape(config, PolicyShape::Head::kGaussian);
   Sac<float> sac(config, shape, 1);
   Batch<float> batch = MakeBatch<float>(config, shape);
-  sac.Update(&batch, 1e-3, NoPause);
+  sac.Update(&batch, 1e-3, Complete());
   EXPECT_DOUBLE_EQ(sac.alpha(), config.initial_alpha);
 }
 
@@ -150,8 +150,8 @@ TEST(SacTest, FloatFollowsDouble) {
     for (uint32_t i = 0; i < 20; ++i) {
       FillBatch(i, &batch);
       FillBatch(i, &reference_batch);
-      const UpdateInfo info = sac.Update(&batch, 1e-3, NoPause);
-      const UpdateInfo expected = reference.Update(&reference_batch, 1e-3, NoPause);
+      const UpdateInfo info = sac.Update(&batch, 1e-3, Complete());
+      const UpdateInfo expected = reference.Update(&reference_batch, 1e-3, Complete());
       EXPECT_NEAR(info.critic_loss, expected.critic_loss, 1e-4 * std::fabs(expected.critic_loss));
       EXPECT_NEAR(info.actor_loss, expected.actor_loss, 1e-4 * std::fabs(expected.actor_loss));
       EXPECT_NEAR(info.alpha, expected.alpha, 1e-4 * expected.alpha);
@@ -170,7 +170,7 @@ TEST(SacTest, TargetsFollowByTau) {
   const MlpWeights<double>& target = sac.critics().target(1);
   const std::vector<double> before(target.values.begin(), target.values.end());
   Batch<double> batch = MakeBatch<double>(config, shape);
-  sac.Update(&batch, 1e-2, NoPause);
+  sac.Update(&batch, 1e-2, Complete());
   const std::span<const double> online = sac.critics().critic(1).parameters();
   for (size_t i = 0; i < before.size(); ++i) {
     EXPECT_NEAR(target.values[i], 0.75 * before[i] + 0.25 * online[i], 1e-14);
@@ -186,7 +186,7 @@ TEST(SacTest, NonFiniteRewardIsNamedAndChangesNothing) {
   const std::vector<float> before(sac.critics().critic(0).parameters().begin(),
                                   sac.critics().critic(0).parameters().end());
   try {
-    sac.Update(&batch, 1e-3, NoPause);
+    sac.Update(&batch, 1e-3, Complete());
     FAIL() << "accepted";
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("critic_loss"));
@@ -205,10 +205,10 @@ TEST(SacTest, ClippedGradientTakesASmallerFirstMomentOnly) {
   for (uint32_t i = 0; i < 2; ++i) {
     FillBatch(i, &batch);
     batch.reward(0) = i == 0 ? 1000.0 : 0.0;
-    plain.Update(&batch, 1e-3, NoPause);
+    plain.Update(&batch, 1e-3, Complete());
     FillBatch(i, &batch);
     batch.reward(0) = i == 0 ? 1000.0 : 0.0;
-    clipped.Update(&batch, 1e-3, NoPause);
+    clipped.Update(&batch, 1e-3, Complete());
   }
   EXPECT_GT(RelativeDistance(clipped.critics().critic(0).parameters(), plain.critics().critic(0).parameters()), 1e-5);
 }

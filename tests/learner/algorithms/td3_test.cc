@@ -24,7 +24,7 @@ class Td3GradientTest : public testing::TestWithParam<bool> {
     batch_ = MakeBatch<double>(config_, shape);
     for (uint32_t i = 1; i <= 5; ++i) {
       FillBatch(i, &batch_);
-      td3_->Update(&batch_, 1e-2, NoPause);
+      td3_->Update(&batch_, 1e-2, Complete());
     }
     FillBatch(0, &batch_);
   }
@@ -37,23 +37,23 @@ class Td3GradientTest : public testing::TestWithParam<bool> {
 TEST_P(Td3GradientTest, CriticLoss) {
   const Mlp<double>& mlp = td3_->critics().mlp();
   TrainedMlp<double>& critic = td3_->critics().critic(1);
-  td3_->CriticLoss(&batch_, NoPause);
+  td3_->CriticLoss(&batch_, Complete());
   mlp.FinishGradient(&critic.gradient);
   const std::vector<double> gradient(critic.finished_gradient().begin(), critic.finished_gradient().end());
   ExpectGradient(
       {critic.weights.values.data(), critic.weights.values.size()}, gradient,
-      [&] { return td3_->CriticLoss(&batch_, NoPause); }, [&] { mlp.RefreshTransposed(&critic.weights); });
+      [&] { return td3_->CriticLoss(&batch_, Complete()); }, [&] { mlp.RefreshTransposed(&critic.weights); });
 }
 
 TEST_P(Td3GradientTest, ActorLoss) {
   const Mlp<double>& mlp = td3_->policy_mlp();
   TrainedMlp<double>& policy = td3_->policy();
-  td3_->ActorLoss(&batch_, NoPause);
+  td3_->ActorLoss(&batch_);
   mlp.FinishGradient(&policy.gradient);
   const std::vector<double> gradient(policy.finished_gradient().begin(), policy.finished_gradient().end());
   ExpectGradient(
-      {policy.weights.values.data(), policy.weights.values.size()}, gradient,
-      [&] { return td3_->ActorLoss(&batch_, NoPause); }, [&] { mlp.RefreshTransposed(&policy.weights); });
+      {policy.weights.values.data(), policy.weights.values.size()}, gradient, [&] { return td3_->ActorLoss(&batch_); },
+      [&] { mlp.RefreshTransposed(&policy.weights); });
 }
 
 INSTANTIATE_TEST_SUITE_P(LayerNorm, Td3GradientTest, testing::Bool());
@@ -91,8 +91,8 @@ TEST(Td3Test, LossesAreThoseOfThePaper) {
     for (int a = 0; a < 3; ++a) input[4 + a] = std::tanh(action[a]);
     actor_loss -= q_of(td3.critics().critic(0).weights, input) / size;
   }
-  EXPECT_NEAR(td3.CriticLoss(&batch, NoPause), critic_loss, 1e-11);
-  EXPECT_NEAR(td3.ActorLoss(&batch, NoPause), actor_loss, 1e-11);
+  EXPECT_NEAR(td3.CriticLoss(&batch, Complete()), critic_loss, 1e-11);
+  EXPECT_NEAR(td3.ActorLoss(&batch), actor_loss, 1e-11);
 }
 
 TEST(Td3Test, PolicyAndTargetsWaitForTheirTurn) {
@@ -105,7 +105,7 @@ TEST(Td3Test, PolicyAndTargetsWaitForTheirTurn) {
     const std::vector<float> policy(td3.policy().parameters().begin(), td3.policy().parameters().end());
     const float target = td3.critics().target(0).values[0], policy_target = td3.policy_target().values[0];
     FillBatch(update, &batch);
-    const UpdateInfo info = td3.Update(&batch, 1e-2, NoPause);
+    const UpdateInfo info = td3.Update(&batch, 1e-2, Complete());
     const bool turn = update % 3 == 0;
     EXPECT_EQ(info.num_actor_updates, turn ? 1 : 0);
     EXPECT_EQ(std::memcmp(policy.data(), td3.policy().parameters().data(), policy.size() * sizeof(float)) != 0, turn);
@@ -124,8 +124,8 @@ TEST(Td3Test, FloatFollowsDouble) {
   for (uint32_t i = 0; i < 20; ++i) {
     FillBatch(i, &batch);
     FillBatch(i, &reference_batch);
-    const UpdateInfo info = td3.Update(&batch, 1e-3, NoPause);
-    const UpdateInfo expected = reference.Update(&reference_batch, 1e-3, NoPause);
+    const UpdateInfo info = td3.Update(&batch, 1e-3, Complete());
+    const UpdateInfo expected = reference.Update(&reference_batch, 1e-3, Complete());
     EXPECT_NEAR(info.critic_loss, expected.critic_loss, 1e-4 * std::fabs(expected.critic_loss));
     EXPECT_NEAR(info.actor_loss, expected.actor_loss, 1e-4);
   }
@@ -140,7 +140,7 @@ TEST(Td3Test, NonFiniteObservationIsNamed) {
   Batch<float> batch = MakeBatch<float>(config, shape);
   batch.input(7)[1] = std::numeric_limits<float>::quiet_NaN();
   try {
-    td3.Update(&batch, 1e-3, NoPause);
+    td3.Update(&batch, 1e-3, Complete());
     FAIL() << "accepted";
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("critic"));

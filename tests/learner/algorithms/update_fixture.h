@@ -10,7 +10,11 @@
 
 namespace cairn::learner {
 
-inline void NoPause() {}
+/// The batches of the tests are complete.
+inline BatchFeeder* Complete() {
+  static BatchFeeder feeder;
+  return &feeder;
+}
 
 /// Sizes that leave nothing even: two chunks of different size, a narrow layer, three actions.
 inline LearnerConfig SmallConfig() {
