@@ -82,11 +82,13 @@ void StatusLine::Note(const std::string& line) {
 }
 
 void StatusLine::Finish() {
-  if (mode_ == Mode::kQuiet || !pending_) return;
-  Clear();
-  fmt::print(out_, "{}\n", last_);
-  std::fflush(out_);
+  if (pending_) {
+    Clear();
+    fmt::print(out_, "{}\n", last_);
+    std::fflush(out_);
+  }
   pending_ = false;
+  last_.clear();  // a later note stands alone
 }
 
 void StatusLine::Rewrite(const std::string& line) {

@@ -69,6 +69,8 @@ TEST_F(StatusLineTest, TerminalLineIsRewrittenInPlaceAndNotesStayAboveIt) {
   line.Finish();
   EXPECT_EQ(Written(), "\r\x1b[K" + shown + "\r\x1b[Kactor-1 died\n\r\x1b[K" + shown + "\r\x1b[K" +
                            FormatStatus(Halfway()) + "\n");
+  line.Note("done");
+  EXPECT_THAT(Written(), testing::EndsWith(FormatStatus(Halfway()) + "\ndone\n"));
 }
 
 TEST_F(StatusLineTest, QuietWritesNothing) {
