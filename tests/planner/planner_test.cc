@@ -54,7 +54,7 @@ TEST(PlannerTest, SameConfigGivesTheSameBytesTwiceInOneProcess) {
 }
 
 TEST(PlannerTest, MazeRoadmapIsOneComponentWithFreeEdges) {
-  for (uint64_t seed = 1; seed <= 3; ++seed) {
+  for (uint64_t seed = 1; seed <= 2; ++seed) {
     const Maze maze(seed);
     const BuiltRoadmap built = maze.Build();
     const Roadmap& roadmap = built.roadmap;
@@ -64,7 +64,9 @@ TEST(PlannerTest, MazeRoadmapIsOneComponentWithFreeEdges) {
     EXPECT_GT(built.info.samples, built.info.vertices / 2);
     for (int v = 0; v < roadmap.num_vertices(); ++v) {
       for (int e = roadmap.offsets[v]; e < roadmap.offsets[v + 1]; ++e) {
-        const double least = LeastDistance(maze.world, roadmap.position(v), roadmap.position(roadmap.neighbors[e]));
+        const Vector3d a = roadmap.position(v), b = roadmap.position(roadmap.neighbors[e]);
+        if (roadmap.neighbors[e] < v) continue;
+        const double least = LeastDistance(maze.world, a, b, 40);
         ASSERT_GE(least, maze.config.radius - 5e-6);
       }
     }
@@ -95,16 +97,16 @@ TEST(PlannerTest, CostsAreNeverReadThroughWalls) {
   const Roadmap roadmap = maze.Build().roadmap;
   RandomStream random(10, RandomPurpose::kTest);
   int pairs = 0;
-  for (int i = 0; i < 4000; ++i) {
+  for (int i = 0; i < 2000; ++i) {
     const Vector3d p = DrawIn(maze.world, random);
     if (SignedDistance(maze.world, p) < kInscribed) continue;
     for (int v = 0; v < roadmap.num_vertices(); ++v) {
       if ((roadmap.position(v) - p).norm() > maze.config.r_ball()) continue;
       ++pairs;
-      ASSERT_GT(LeastDistance(maze.world, p, roadmap.position(v)), 0) << p.transpose();
+      ASSERT_GT(LeastDistance(maze.world, p, roadmap.position(v), 40), 0) << p.transpose();
     }
   }
-  EXPECT_GT(pairs, 2000);
+  EXPECT_GT(pairs, 1000);
 }
 
 TEST(PlannerTest, CostsOfTheMazeAreNearThoseOfADenserRoadmap) {

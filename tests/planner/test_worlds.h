@@ -27,10 +27,10 @@ inline Vector3d DrawIn(const World& world, RandomStream& random) {
   return p;
 }
 
-/// Smallest distance to an obstacle along a–b, by 100 samples: at most |b − a| / 200 too large.
-inline double LeastDistance(const World& world, const Vector3d& a, const Vector3d& b) {
+/// Smallest distance to an obstacle along a–b, at `steps` + 1 points: at most |b − a| / (2 steps) too large.
+inline double LeastDistance(const World& world, const Vector3d& a, const Vector3d& b, int steps = 100) {
   double least = 1e300;
-  for (int i = 0; i <= 100; ++i) least = std::min(least, SignedDistance(world, a + (b - a) * (i / 100.0)));
+  for (int i = 0; i <= steps; ++i) least = std::min(least, SignedDistance(world, a + (b - a) * (1.0 * i / steps)));
   return least;
 }
 

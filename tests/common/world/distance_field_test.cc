@@ -81,7 +81,7 @@ TEST_P(DistanceFieldTest, InterpolationErrorKeepsItsBound) {
   EXPECT_NEAR(field.interpolation_error(), 0.005 * std::sqrt(world.dimension), 1e-12);
   RandomStream random(1, RandomPurpose::kTest);
   double worst = 0;
-  for (int i = 0; i < 20000; ++i) {
+  for (int i = 0; i < 5000; ++i) {
     const Vector3d p = Draw(world, random);
     worst = std::max(worst, std::abs(field.Distance(p) - Reference(world, p)));
   }
@@ -103,21 +103,21 @@ TEST_P(DistanceFieldTest, CertifiedSegmentsAreTrulyClear) {
   RandomStream random(2, RandomPurpose::kTest);
   const double clearance = 0.02;
   int clear = 0, refused = 0;
-  for (int i = 0; i < 4000; ++i) {
+  for (int i = 0; i < 800; ++i) {
     const Vector3d a = Draw(world, random);
     const Vector3d b = a + 0.3 * (Draw(world, random) - a);
     double least = 1e300;
-    for (int k = 0; k <= 200; ++k) least = std::min(least, Reference(world, a + (b - a) * (k / 200.0)));
+    for (int k = 0; k <= 60; ++k) least = std::min(least, Reference(world, a + (b - a) * (k / 60.0)));
     if (field.SegmentClear(a, b, clearance + field.certified_margin())) {
       ++clear;
       ASSERT_GE(least, clearance) << a.transpose() << " to " << b.transpose();
     } else {
       ++refused;
-      ASSERT_LT(least, clearance + 2 * field.certified_margin() + 0.004);
+      ASSERT_LT(least, clearance + 2 * field.certified_margin() + (b - a).norm() / 120);
     }
   }
-  EXPECT_GT(clear, 100);
-  EXPECT_GT(refused, 100);
+  EXPECT_GT(clear, 20);
+  EXPECT_GT(refused, 20);
 }
 
 INSTANTIATE_TEST_SUITE_P(Dimensions, DistanceFieldTest, testing::Values(2, 3));

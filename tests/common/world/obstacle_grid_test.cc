@@ -45,7 +45,7 @@ TEST(ObstacleGridTest, OverlapAgreesWithSampledFootprints) {
   const ObstacleGrid grid(world, 0.044);
   RandomStream random(1, RandomPurpose::kTest);
   int overlaps = 0, free = 0;
-  for (int i = 0; i < 10000; ++i) {
+  for (int i = 0; i < 1000; ++i) {
     const double x = random.Uniform(world.bounds.min.x() - 0.02, world.bounds.max.x() + 0.02);
     const double y = random.Uniform(world.bounds.min.y() - 0.02, world.bounds.max.y() + 0.02);
     const double yaw = random.Uniform(-4, 4);
@@ -56,8 +56,8 @@ TEST(ObstacleGridTest, OverlapAgreesWithSampledFootprints) {
     overlaps += least < 0;
     free += least > 1.1e-3;
   }
-  EXPECT_GT(overlaps, 3000);
-  EXPECT_GT(free, 1000);
+  EXPECT_GT(overlaps, 300);
+  EXPECT_GT(free, 100);
 }
 
 TEST(ObstacleGridTest, AnObstacleInsideTheFootprintOverlaps) {
@@ -101,7 +101,7 @@ TEST(ObstacleGridTest, RaysAgreeWithAllObstaclesTried) {
   const ObstacleGrid grid(world, 0.044);
   RandomStream random(3, RandomPurpose::kTest);
   int hits = 0;
-  for (int i = 0; i < 30000; ++i) {
+  for (int i = 0; i < 5000; ++i) {
     const double x = random.Uniform(world.bounds.min.x(), world.bounds.max.x());
     const double y = random.Uniform(world.bounds.min.y(), world.bounds.max.y());
     const double angle = random.Uniform(-4, 4), range = i % 3 == 0 ? 5.0 : 0.4;
@@ -110,7 +110,7 @@ TEST(ObstacleGridTest, RaysAgreeWithAllObstaclesTried) {
         << x << ", " << y << ", " << angle;
     hits += expected > 0 && expected < range;
   }
-  EXPECT_GT(hits, 10000);
+  EXPECT_GT(hits, 1500);
 }
 
 TEST(ObstacleGridTest, RaysAlongTheAxesWork) {
