@@ -164,11 +164,11 @@ Environment::Environment(std::shared_ptr<const Scene> scene)
 
 Environment::~Environment() = default;
 
-void Environment::ResetTraining(int vehicle, int episode) {
+void Environment::ResetTraining(int vehicle, int episode, int start_episode) {
   EpisodeResult next;
   next.vehicle = vehicle;
   next.episode = episode;
-  Start(next, scene_->TrainingStart(vehicle, episode), EpisodeSteps(scene_->experiment(), scene_->d_min_scale()));
+  Start(next, scene_->TrainingStart(vehicle, start_episode), EpisodeSteps(scene_->experiment(), scene_->d_min_scale()));
 }
 
 void Environment::ResetEvaluation(StartSet set, int index, int evaluation) {

@@ -28,7 +28,10 @@ class Environment {
   ~Environment();
 
   /// Starts training episode `episode` of `vehicle`.
-  void ResetTraining(int vehicle, int episode);
+  void ResetTraining(int vehicle, int episode) { ResetTraining(vehicle, episode, episode); }
+
+  /// The same from the start pose that `start_episode` of the vehicle had.
+  void ResetTraining(int vehicle, int episode, int start_episode);
 
   /// Starts evaluation from start `index` of `set`; `evaluation` numbers the check. Step limit evaluation.max_steps.
   void ResetEvaluation(StartSet set, int index, int evaluation);

@@ -20,7 +20,7 @@ void Rollout::Assign(const std::vector<int32_t>& vehicles, const std::vector<int
     }
     VehicleState vehicle;
     vehicle.id = vehicles[i];
-    vehicle.episode = next_episode[i];
+    vehicle.episode = vehicle.start_episode = next_episode[i];
     vehicle.environment = std::make_unique<Environment>(scene_);
     vehicle.observation.resize(static_cast<size_t>(observation_size_));
     StartEpisode(&vehicle);
@@ -33,12 +33,18 @@ void Rollout::Assign(const std::vector<int32_t>& vehicles, const std::vector<int
 }
 
 void Rollout::StartEpisode(VehicleState* vehicle) {
-  vehicle->environment->ResetTraining(vehicle->id, vehicle->episode);
+  vehicle->environment->ResetTraining(vehicle->id, vehicle->episode, vehicle->start_episode);
   vehicle->exploration = RandomStream(scene_->experiment().seed, RandomPurpose::kExploration,
                                       static_cast<uint32_t>(vehicle->id), static_cast<uint32_t>(vehicle->episode));
   vehicle->environment->Observe(vehicle->observation.data());
   vehicle->step = 0;
   vehicle->segment = Segment{};
+}
+
+// The draw is the last of the episode's exploration stream, so it depends on the vehicle's own history alone.
+bool Rollout::RetriesStart(VehicleState& vehicle, Outcome outcome) const {
+  return outcome == Outcome::kCollision &&
+         vehicle.exploration.Uniform() < scene_->experiment().environment.retry_failed_start;
 }
 
 void Rollout::Step(const std::vector<int>& indices, const RolloutContext& context) {
@@ -100,6 +106,7 @@ void Rollout::EndEpisode(VehicleState* vehicle, SegmentEnd end, int64_t policy_v
   episodes_.push_back(episode);
   ++num_episodes_;
   ++vehicle->episode;
+  if (!RetriesStart(*vehicle, episode.outcome)) vehicle->start_episode = vehicle->episode;
   StartEpisode(vehicle);
 }
 

@@ -56,7 +56,8 @@ class Rollout {
   struct VehicleState {
     int32_t id = 0;
     int32_t episode = 0;
-    int32_t step = 0;  ///< of the episode
+    int32_t start_episode = 0;  ///< whose start pose this episode has
+    int32_t step = 0;           ///< of the episode
     int64_t transitions = 0;
     std::unique_ptr<Environment> environment;
     RandomStream exploration{0, RandomPurpose::kExploration};
@@ -66,6 +67,7 @@ class Rollout {
   void StartEpisode(VehicleState* vehicle);
   void Act(const std::vector<int>& indices, const RolloutContext& context);
   void Advance(VehicleState* vehicle, const float* action, const RolloutContext& context);
+  bool RetriesStart(VehicleState& vehicle, Outcome outcome) const;
   void EndEpisode(VehicleState* vehicle, SegmentEnd end, int64_t policy_version);
   void CloseSegment(VehicleState* vehicle, SegmentEnd end);
 

@@ -89,6 +89,7 @@ struct EnvironmentConfig {
   double physics_rate_hz = 240;
   int max_episode_steps = 0;  ///< 0: derived from the roadmap, see EpisodeSteps
   Start start = Start::kUniform;
+  double retry_failed_start = 0.5;
   double speed_disturbance = 0.1;
   double yaw_rate_disturbance = 0.2;
   double disturbance_hold = 0.2;

@@ -78,6 +78,7 @@ EnvironmentConfig Environment(const proto::Environment& message) {
   environment.physics_rate_hz = message.physics_rate_hz();
   environment.max_episode_steps = message.max_episode_steps();
   environment.start = ConvertEnum<EnvironmentConfig::Start>(message.start());
+  environment.retry_failed_start = message.retry_failed_start();
   environment.speed_disturbance = message.speed_disturbance();
   environment.yaw_rate_disturbance = message.yaw_rate_disturbance();
   environment.disturbance_hold = message.disturbance_hold();
