@@ -4,6 +4,8 @@
 
 #include <stddef.h>
 
+#include <utility>
+
 #ifdef __AVX2__
 #include <immintrin.h>
 #endif
@@ -16,6 +18,9 @@ namespace {
 
 constexpr int kLanes = 16;
 
+#define CAIRN_INLINE inline __attribute__((always_inline))
+#define CAIRN_INLINE_LAMBDA __attribute__((always_inline))
+
 #if defined(__AVX512F__)
 
 struct Lanes {
@@ -23,6 +28,7 @@ struct Lanes {
 };
 inline Lanes Zero() { return {_mm512_setzero_ps()}; }
 inline Lanes All(float x) { return {_mm512_set1_ps(x)}; }
+inline Lanes First(float x) { return {_mm512_zextps128_ps512(_mm_set_ss(x))}; }
 inline Lanes Load(const float* p) { return {_mm512_loadu_ps(p)}; }
 inline void Store(Lanes x, float* p) { _mm512_storeu_ps(p, x.v); }
 inline Lanes Add(Lanes a, Lanes b) { return {_mm512_add_ps(a.v, b.v)}; }
@@ -44,6 +50,7 @@ struct Lanes {
 };
 inline Lanes Zero() { return {_mm256_setzero_ps(), _mm256_setzero_ps()}; }
 inline Lanes All(float x) { return {_mm256_set1_ps(x), _mm256_set1_ps(x)}; }
+inline Lanes First(float x) { return {_mm256_zextps128_ps256(_mm_set_ss(x)), _mm256_setzero_ps()}; }
 inline Lanes Load(const float* p) { return {_mm256_loadu_ps(p), _mm256_loadu_ps(p + 8)}; }
 inline void Store(Lanes x, float* p) {
   _mm256_storeu_ps(p, x.low);
@@ -78,6 +85,9 @@ inline Lanes Zero() { return {}; }
 inline Lanes All(float x) {
   return Each([&](int) { return x; });
 }
+inline Lanes First(float x) {
+  return Each([&](int l) { return l == 0 ? x : 0.0f; });
+}
 inline Lanes Load(const float* p) {
   return Each([&](int l) { return p[l]; });
 }
@@ -105,21 +115,25 @@ inline Lanes WherePositive(Lanes h, Lanes x) {
 #ifdef __AVX2__
 
 /// The sums of four, each over its lanes: ((0+8 + 1+9) + (2+10 + 3+11)) + ((4+12 + 5+13) + (6+14 + 7+15)).
-inline void Sums(const Lanes (&x)[4], float* sums) {
-  const __m256 ab = _mm256_hadd_ps(Fold(x[0]), Fold(x[1]));
-  const __m256 cd = _mm256_hadd_ps(Fold(x[2]), Fold(x[3]));
+inline void Sums(Lanes a, Lanes b, Lanes c, Lanes d, float* sums) {
+  const __m256 ab = _mm256_hadd_ps(Fold(a), Fold(b));
+  const __m256 cd = _mm256_hadd_ps(Fold(c), Fold(d));
   const __m256 abcd = _mm256_hadd_ps(ab, cd);
   _mm_storeu_ps(sums, _mm_add_ps(_mm256_castps256_ps128(abcd), _mm256_extractf128_ps(abcd, 1)));
 }
 
 #else
 
-inline void Sums(const Lanes (&x)[4], float* sums) {
-  for (int i = 0; i < 4; ++i) {
-    float s[8];
-    for (int l = 0; l < 8; ++l) s[l] = x[i].v[l] + x[i].v[l + 8];
-    sums[i] = ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
-  }
+inline float Sum(Lanes x) {
+  float s[8];
+  for (int l = 0; l < 8; ++l) s[l] = x.v[l] + x.v[l + 8];
+  return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
+}
+inline void Sums(Lanes a, Lanes b, Lanes c, Lanes d, float* sums) {
+  sums[0] = Sum(a);
+  sums[1] = Sum(b);
+  sums[2] = Sum(c);
+  sums[3] = Sum(d);
 }
 
 #endif
@@ -138,9 +152,20 @@ inline void StorePart(Lanes x, int n, float* p) {
 }
 
 template <int N>
-struct Width {
+struct Index {
   static constexpr int value = N;
 };
+
+/// f(Index<0>()), …, f(Index<N − 1>()): a loop whose counter is a constant, so that an array indexed by it stays in
+/// registers (GCC 12 leaves it in memory otherwise).
+template <typename F, int... I>
+CAIRN_INLINE void Unrolled(F f, std::integer_sequence<int, I...>) {
+  (f(Index<I>()), ...);
+}
+template <int N, typename F>
+CAIRN_INLINE void Unrolled(F f) {
+  Unrolled(f, std::make_integer_sequence<int, N>());
+}
 
 /// Rows by sixteen: whole(r) as long as 16 are left, then part(r, how many).
 template <typename Whole, typename Part>
@@ -150,40 +175,58 @@ inline void ForRows(int rows, Whole whole, Part part) {
   if (r < rows) part(r, rows - r);
 }
 
-void BiasRelu(const float* bias, int rows, int columns, float* z) {
-  for (int j = 0; j < columns; ++j, z += rows) {
-    ForRows(
-        rows, [&](int r) { Store(Relu(Add(Load(z + r), Load(bias + r))), z + r); },
-        [&](int r, int n) { StorePart(Relu(Add(LoadPart(z + r, n), LoadPart(bias + r, n))), n, z + r); });
-  }
-}
-
 template <int C>
-inline void BiasReluDotTile(const float* bias, const float* w, float offset, int rows, float* z, float* y) {
-  Lanes sum[4] = {Zero(), Zero(), Zero(), Zero()};
+inline void BiasReluTile(const float* bias, int rows, float* z) {
   ForRows(
       rows,
-      [&](int r) {
-        const Lanes b = Load(bias + r), weight = Load(w + r);
-        for (int c = 0; c < C; ++c) {
-          float* p = z + static_cast<ptrdiff_t>(c) * rows + r;
-          const Lanes h = Relu(Add(Load(p), b));
-          Store(h, p);
-          sum[c] = Fma(weight, h, sum[c]);
-        }
+      [&](int r) CAIRN_INLINE_LAMBDA {
+        const Lanes b = Load(bias + r);
+        Unrolled<C>([&](auto c) CAIRN_INLINE_LAMBDA {
+          float* p = z + static_cast<ptrdiff_t>(c.value) * rows + r;
+          Store(Relu(Add(Load(p), b)), p);
+        });
       },
       [&](int r, int n) {
-        const Lanes b = LoadPart(bias + r, n), weight = LoadPart(w + r, n);
         for (int c = 0; c < C; ++c) {
           float* p = z + static_cast<ptrdiff_t>(c) * rows + r;
-          const Lanes h = Relu(Add(LoadPart(p, n), b));
-          StorePart(h, n, p);
-          sum[c] = Fma(weight, h, sum[c]);
+          StorePart(Relu(Add(LoadPart(p, n), LoadPart(bias + r, n))), n, p);
         }
       });
+}
+
+void BiasRelu(const float* bias, int rows, int columns, float* z) {
+  int j = 0;
+  for (; j + 4 <= columns; j += 4) BiasReluTile<4>(bias, rows, z + static_cast<ptrdiff_t>(j) * rows);
+  for (; j < columns; ++j) BiasReluTile<1>(bias, rows, z + static_cast<ptrdiff_t>(j) * rows);
+}
+
+/// C columns; y_j := offset + w · z_j.
+template <int C>
+inline void BiasReluDotTile(const float* bias, const float* w, float offset, int rows, float* z, float* y) {
+  Lanes sum[4];
+  Unrolled<4>([&](auto c) CAIRN_INLINE_LAMBDA { sum[c.value] = First(offset); });
+  const auto add = [&](auto c, Lanes h, Lanes weight) CAIRN_INLINE_LAMBDA {
+    sum[c.value] = Fma(weight, h, sum[c.value]);
+    return h;
+  };
+  int r = 0;
+  for (; r + kLanes <= rows; r += kLanes) {
+    const Lanes b = Load(bias + r), weight = Load(w + r);
+    Unrolled<C>([&](auto c) CAIRN_INLINE_LAMBDA {
+      float* p = z + static_cast<ptrdiff_t>(c.value) * rows + r;
+      Store(add(c, Relu(Add(Load(p), b)), weight), p);
+    });
+  }
+  if (const int rest = rows - r; rest > 0) {
+    const Lanes b = LoadPart(bias + r, rest), weight = LoadPart(w + r, rest);
+    Unrolled<C>([&](auto c) CAIRN_INLINE_LAMBDA {
+      float* p = z + static_cast<ptrdiff_t>(c.value) * rows + r;
+      StorePart(add(c, Relu(Add(LoadPart(p, rest), b)), weight), rest, p);
+    });
+  }
   float sums[4];
-  Sums(sum, sums);
-  for (int c = 0; c < C; ++c) y[c] = offset + sums[c];
+  Sums(sum[0], sum[1], sum[2], sum[3], sums);
+  for (int c = 0; c < C; ++c) y[c] = sums[c];
 }
 
 void BiasReluDot(const float* bias, const float* w, float offset, int rows, int columns, float* z, float* y) {
@@ -193,32 +236,38 @@ void BiasReluDot(const float* bias, const float* w, float offset, int rows, int 
   for (; j < columns; ++j) BiasReluDotTile<1>(bias, w, offset, rows, z + static_cast<ptrdiff_t>(j) * rows, y + j);
 }
 
-/// C columns of x times O columns of w, C · O at most 12.
+/// C columns of x times O columns of w.
 template <int C, int O>
 inline void ProductTile(const float* w, const float* offsets, const float* x, int rows, int outs, float* y) {
-  constexpr int kGroups = (C * O + 3) / 4;
-  Lanes sum[kGroups][4];
-  for (int g = 0; g < 4 * kGroups; ++g) sum[g / 4][g % 4] = Zero();
-  const auto add = [&](int r, auto load) {
+  constexpr int kPadded = (C * O + 3) / 4 * 4;
+  Lanes sum[kPadded];  // entry c · O + o
+  Unrolled<kPadded>([&](auto i) CAIRN_INLINE_LAMBDA {
+    sum[i.value] = i.value < C * O && offsets != nullptr ? First(offsets[i.value % O]) : Zero();
+  });
+  const auto add = [&](int r, auto load) CAIRN_INLINE_LAMBDA {
     Lanes column[C];
-    for (int c = 0; c < C; ++c) column[c] = load(x + static_cast<ptrdiff_t>(c) * rows + r);
-    for (int o = 0; o < O; ++o) {
-      const Lanes weight = load(w + static_cast<ptrdiff_t>(o) * rows + r);
-      for (int c = 0; c < C; ++c) {
-        Lanes& s = sum[(c * O + o) / 4][(c * O + o) % 4];
-        s = Fma(weight, column[c], s);
-      }
-    }
+    Unrolled<C>([&](auto c)
+                    CAIRN_INLINE_LAMBDA { column[c.value] = load(x + static_cast<ptrdiff_t>(c.value) * rows + r); });
+    Unrolled<O>([&](auto o) CAIRN_INLINE_LAMBDA {
+      const Lanes weight = load(w + static_cast<ptrdiff_t>(o.value) * rows + r);
+      Unrolled<C>([&](auto c) CAIRN_INLINE_LAMBDA {
+        constexpr int kEntry = decltype(c)::value * O + decltype(o)::value;
+        sum[kEntry] = Fma(weight, column[c.value], sum[kEntry]);
+      });
+    });
   };
-  ForRows(
-      rows, [&](int r) { add(r, [](const float* p) { return Load(p); }); },
-      [&](int r, int n) { add(r, [n](const float* p) { return LoadPart(p, n); }); });
-  float sums[4 * kGroups];
-  for (int g = 0; g < kGroups; ++g) Sums(sum[g], sums + 4 * g);
+  int r = 0;
+  for (; r + kLanes <= rows; r += kLanes) add(r, [](const float* p) CAIRN_INLINE_LAMBDA { return Load(p); });
+  if (const int rest = rows - r; rest > 0) {
+    add(r, [rest](const float* p) CAIRN_INLINE_LAMBDA { return LoadPart(p, rest); });
+  }
+  float sums[kPadded];
+  Unrolled<kPadded / 4>([&](auto g) CAIRN_INLINE_LAMBDA {
+    constexpr int kFirst = 4 * decltype(g)::value;
+    Sums(sum[kFirst], sum[kFirst + 1], sum[kFirst + 2], sum[kFirst + 3], sums + kFirst);
+  });
   for (int c = 0; c < C; ++c) {
-    for (int o = 0; o < O; ++o) {
-      y[static_cast<ptrdiff_t>(c) * outs + o] = (offsets != nullptr ? offsets[o] : 0.0f) + sums[c * O + o];
-    }
+    for (int o = 0; o < O; ++o) y[static_cast<ptrdiff_t>(c) * outs + o] = sums[c * O + o];
   }
 }
 
@@ -233,11 +282,11 @@ inline void ProductColumns(const float* w, const float* offsets, const float* x,
     }
   };
 #ifdef __AVX512F__
-  tiles(Width<6>());
+  tiles(Index<6>());
 #endif
-  tiles(Width<3>());
-  tiles(Width<2>());
-  tiles(Width<1>());
+  tiles(Index<3>());
+  tiles(Index<2>());
+  tiles(Index<1>());
 }
 
 void NarrowProduct(const float* w, const float* offsets, const float* x, int rows, int outs, int columns, float* y) {
@@ -256,15 +305,16 @@ void NarrowProduct(const float* w, const float* offsets, const float* x, int row
 template <int R>
 inline void ReluBackwardRows(const float* h, int rows, int columns, float* d, float* sums) {
   Lanes sum[R];
-  for (int i = 0; i < R; ++i) sum[i] = Load(sums + i * kLanes);
+  Unrolled<R>([&](auto i) CAIRN_INLINE_LAMBDA { sum[i.value] = Load(sums + i.value * kLanes); });
   for (int j = 0; j < columns; ++j, h += rows, d += rows) {
-    for (int i = 0; i < R; ++i) {
-      const Lanes x = WherePositive(Load(h + i * kLanes), Load(d + i * kLanes));
-      Store(x, d + i * kLanes);
-      sum[i] = Add(sum[i], x);
-    }
+    Unrolled<R>([&](auto i) CAIRN_INLINE_LAMBDA {
+      float* p = d + i.value * kLanes;
+      const Lanes x = WherePositive(Load(h + i.value * kLanes), Load(p));
+      Store(x, p);
+      sum[i.value] = Add(sum[i.value], x);
+    });
   }
-  for (int i = 0; i < R; ++i) Store(sum[i], sums + i * kLanes);
+  Unrolled<R>([&](auto i) CAIRN_INLINE_LAMBDA { Store(sum[i.value], sums + i.value * kLanes); });
 }
 
 void ReluBackward(const float* h, int rows, int columns, float* d, float* sums) {
@@ -283,25 +333,25 @@ template <int R>
 inline void DotBackwardRows(const float* w, const float* e, const float* h, int rows, int columns, float* d,
                             float* sums, float* w_gradient) {
   Lanes weight[R], sum[R], slope[R];
-  for (int i = 0; i < R; ++i) {
-    weight[i] = Load(w + i * kLanes);
-    sum[i] = Load(sums + i * kLanes);
-    slope[i] = Load(w_gradient + i * kLanes);
-  }
+  Unrolled<R>([&](auto i) CAIRN_INLINE_LAMBDA {
+    weight[i.value] = Load(w + i.value * kLanes);
+    sum[i.value] = Load(sums + i.value * kLanes);
+    slope[i.value] = Load(w_gradient + i.value * kLanes);
+  });
   for (int j = 0; j < columns; ++j, h += rows, d += rows) {
     const Lanes error = All(e[j]);
-    for (int i = 0; i < R; ++i) {
-      const Lanes activation = Load(h + i * kLanes);
-      const Lanes x = WherePositive(activation, Multiply(weight[i], error));
-      Store(x, d + i * kLanes);
-      sum[i] = Add(sum[i], x);
-      slope[i] = Fma(error, activation, slope[i]);
-    }
+    Unrolled<R>([&](auto i) CAIRN_INLINE_LAMBDA {
+      const Lanes activation = Load(h + i.value * kLanes);
+      const Lanes x = WherePositive(activation, Multiply(weight[i.value], error));
+      Store(x, d + i.value * kLanes);
+      sum[i.value] = Add(sum[i.value], x);
+      slope[i.value] = Fma(error, activation, slope[i.value]);
+    });
   }
-  for (int i = 0; i < R; ++i) {
-    Store(sum[i], sums + i * kLanes);
-    Store(slope[i], w_gradient + i * kLanes);
-  }
+  Unrolled<R>([&](auto i) CAIRN_INLINE_LAMBDA {
+    Store(sum[i.value], sums + i.value * kLanes);
+    Store(slope[i.value], w_gradient + i.value * kLanes);
+  });
 }
 
 void DotBackward(const float* w, const float* e, const float* h, int rows, int columns, float* d, float* sums,

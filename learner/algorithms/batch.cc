@@ -7,8 +7,8 @@
 namespace cairn::learner {
 namespace {
 
-constexpr int kMaxChunk = 64;
-constexpr int kMinChunk = 64;
+constexpr int kMaxChunk = 128;
+constexpr int kMinChunk = 128;
 constexpr int kActivationFloats = 8192;  // 32 kB: one layer's activations of one chunk
 constexpr int kFloatsPerCacheLine = 16;
 

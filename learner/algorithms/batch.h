@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/nn/aligned_buffer.h"
+#include "common/nn/gemm.h"
 #include "learner/replay/replay_buffer.h"
 
 namespace cairn::learner {
@@ -25,6 +26,9 @@ class Chunks {
   int batch_size_;
   int chunk_;
 };
+
+/// How the gradient of the chunk that begins with sample `first` joins that of its batch.
+inline Accumulate StartOrAdd(int first) { return first == 0 ? Accumulate::kOverwrite : Accumulate::kAdd; }
 
 /// Floats from one sample of a batch to the next.
 int BatchStride(int observation_size, int action_size);

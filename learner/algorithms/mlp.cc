@@ -106,13 +106,15 @@ void Mlp<Scalar>::AddLayer(const MlpLayer& layer, int x_stride) {
   const int in = layer.in, out = layer.out;
   Kernels kernels{ColumnGemm<Scalar>(out, in, out, x_stride, out, columns_),
                   ColumnGemm<Scalar>(in, out, in, out, in, MultiplesUpTo(columns_.back(), kColumnStep)),
+                  {},
                   {}};
+  const auto weight_gradient = [&](int n, Accumulate accumulate) {
+    return layer.narrow() ? Gemm<Scalar>(in, out, n, x_stride, out, in, Transposition::kB, accumulate)
+                          : Gemm<Scalar>(out, in, n, out, x_stride, out, Transposition::kB, accumulate);
+  };
   for (int n : columns_) {
-    if (layer.narrow()) {
-      kernels.weight_gradient.emplace_back(in, out, n, x_stride, out, in, Transposition::kB, Accumulate::kAdd);
-    } else {
-      kernels.weight_gradient.emplace_back(out, in, n, out, x_stride, out, Transposition::kB, Accumulate::kAdd);
-    }
+    kernels.weight_gradient.push_back(weight_gradient(n, Accumulate::kOverwrite));
+    kernels.weight_gradient_sum.push_back(weight_gradient(n, Accumulate::kAdd));
   }
   kernels_.push_back(std::move(kernels));
 }
@@ -160,24 +162,37 @@ void Mlp<Scalar>::Activate(const MlpWeights<Scalar>& weights, int l, int n, MlpT
 
 template <typename Scalar>
 void Mlp<Scalar>::Backward(const MlpWeights<Scalar>& weights, const Scalar* x, const Scalar* d_output, int n,
-                           MlpTape<Scalar>* tape, Scalar* gradient) const {
+                           Accumulate accumulate, MlpTape<Scalar>* tape, AlignedBuffer<Scalar>* gradient) const {
+  CAIRN_DCHECK(gradient->size() == gradient_buffer_size_);
+  Scalar* sums = gradient->data();
+  if (accumulate == Accumulate::kOverwrite) ZeroVectors(sums);
   const int top = static_cast<int>(layers_.size()) - 1;
   const MlpLayer& head = layers_[top];
-  layers::AddColumns(d_output, head.out, n, gradient + head.bias);
+  layers::AddColumns(d_output, head.out, n, sums + head.bias);
   const Scalar* delta = d_output;
   for (int l = top; l > 0; --l) {
     Scalar* below = tape->delta[l % 2].data();
     if (l == top && fused_head()) {
       layers::DotBackward(weights.values.data() + head.weights, d_output, tape->activations[l - 1].data(), head.in, n,
-                          below, gradient + layers_[l - 1].bias, gradient + head.weights);
+                          below, sums + layers_[l - 1].bias, sums + head.weights);
     } else {
-      AddWeightGradient(l, delta, tape->activations[l - 1].data(), n, gradient);
+      WeightGradient(l, delta, tape->activations[l - 1].data(), n, accumulate, sums);
       kernels_[l].backward(weights.transposed.data() + layers_[l].transposed, delta, n, below);
-      BackwardActivation(weights, l - 1, n, tape, below, gradient);
+      BackwardActivation(weights, l - 1, n, tape, below, sums);
     }
     delta = below;
   }
-  AddWeightGradient(0, delta, x, n, gradient);
+  WeightGradient(0, delta, x, n, accumulate, sums);
+}
+
+// The parts of the gradient that are only ever added to.
+template <typename Scalar>
+void Mlp<Scalar>::ZeroVectors(Scalar* gradient) const {
+  for (const MlpLayer& layer : layers_) {
+    const size_t norm = layer.hidden && shape_.layer_norm ? 2 * layer.out : 0;
+    std::fill_n(gradient + layer.bias, layer.out + norm, Scalar{0});
+  }
+  if (fused_head()) std::fill_n(gradient + layers_.back().weights, layers_.back().in, Scalar{0});
 }
 
 // delta: derivatives by the layer's activations → by its z = W x + b.
@@ -201,14 +216,16 @@ void Mlp<Scalar>::BackwardActivation(const MlpWeights<Scalar>& weights, int l, i
 }
 
 template <typename Scalar>
-void Mlp<Scalar>::AddWeightGradient(int l, const Scalar* delta, const Scalar* x, int n, Scalar* gradient) const {
+void Mlp<Scalar>::WeightGradient(int l, const Scalar* delta, const Scalar* x, int n, Accumulate accumulate,
+                                 Scalar* gradient) const {
   const auto which = std::lower_bound(columns_.begin(), columns_.end(), n) - columns_.begin();
   CAIRN_DCHECK(columns_[which] == n);
-  const Gemm<Scalar>& product = kernels_[l].weight_gradient[which];
+  const Kernels& kernels = kernels_[l];
+  const auto& products = accumulate == Accumulate::kAdd ? kernels.weight_gradient_sum : kernels.weight_gradient;
   if (layers_[l].narrow()) {
-    product(x, delta, gradient + layers_[l].narrow_sums);
+    products[which](x, delta, gradient + layers_[l].narrow_sums);
   } else {
-    product(delta, x, gradient + layers_[l].weights);
+    products[which](delta, x, gradient + layers_[l].weights);
   }
 }
 
@@ -249,12 +266,6 @@ void Mlp<Scalar>::SampleNormGradient(const MlpWeights<Scalar>& weights, int l, s
     layers::NormalizeBackward(x, tape.inverse_std[l][sample], layer.out, delta);
     delta += layer.out;
   }
-}
-
-template <typename Scalar>
-void Mlp<Scalar>::StartGradient(AlignedBuffer<Scalar>* gradient) const {
-  CAIRN_DCHECK(gradient->size() == gradient_buffer_size_);
-  std::fill(gradient->begin(), gradient->end(), Scalar{0});
 }
 
 template <typename Scalar>

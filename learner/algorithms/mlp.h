@@ -79,7 +79,7 @@ class Mlp {
   /// Adds to `gradient` (of MakeGradientBuffer) the derivatives of a loss by the parameters; `d_output` [num_outputs ×
   /// n] are those by the outputs of the last Forward with the same x, n and tape.
   void Backward(const MlpWeights<Scalar>& weights, const Scalar* x, const Scalar* d_output, int n,
-                MlpTape<Scalar>* tape, Scalar* gradient) const;
+                Accumulate accumulate, MlpTape<Scalar>* tape, AlignedBuffer<Scalar>* gradient) const;
 
   /// Derivatives of the (single) output by inputs [first, first + count) for those samples of the last Forward that
   /// `samples` lists: `d_input` [count × samples.size()].
@@ -88,9 +88,6 @@ class Mlp {
 
   /// Room for Backward's sums: the gradient in the order of the parameters, then the W of narrow layers transposed.
   AlignedBuffer<Scalar> MakeGradientBuffer() const { return AlignedBuffer<Scalar>(gradient_buffer_size_); }
-
-  /// Zeroes the sums before the first Backward of a batch.
-  void StartGradient(AlignedBuffer<Scalar>* gradient) const;
 
   /// Completes the gradient after the last Backward of a batch; it is the buffer's first num_parameters() entries.
   void FinishGradient(AlignedBuffer<Scalar>* gradient) const;
@@ -103,9 +100,10 @@ class Mlp {
 
  private:
   struct Kernels {
-    ColumnGemm<Scalar> forward;                 // z = W x
-    ColumnGemm<Scalar> backward;                // dx = Wᵀ dz
-    std::vector<Gemm<Scalar>> weight_gradient;  // dW += dz xᵀ (narrow: dWᵀ += x dzᵀ), one a number of columns
+    ColumnGemm<Scalar> forward;   // z = W x
+    ColumnGemm<Scalar> backward;  // dx = Wᵀ dz
+    // dW = dz xᵀ (narrow: dWᵀ = x dzᵀ), one a number of columns; and the same added to dW.
+    std::vector<Gemm<Scalar>> weight_gradient, weight_gradient_sum;
   };
 
   /// A single output without LayerNorm below it: its products share the passes of the last activation.
@@ -117,7 +115,9 @@ class Mlp {
                           Scalar* gradient) const;
   void SampleNormGradient(const MlpWeights<Scalar>& weights, int l, std::span<const int> samples,
                           const MlpTape<Scalar>& tape, Scalar* delta) const;
-  void AddWeightGradient(int l, const Scalar* delta, const Scalar* x, int n, Scalar* gradient) const;
+  void ZeroVectors(Scalar* gradient) const;
+  void WeightGradient(int l, const Scalar* delta, const Scalar* x, int n, Accumulate accumulate,
+                      Scalar* gradient) const;
 
   void RefreshLayer(const MlpLayer& layer, MlpWeights<Scalar>* weights) const;
 

@@ -64,7 +64,6 @@ UpdateInfo Sac<Scalar>::Update(Batch<Scalar>* batch, double learning_rate, Batch
 
 template <typename Scalar>
 double Sac<Scalar>::CriticLoss(Batch<Scalar>* batch, BatchFeeder* feeder) {
-  critics_.StartBatch(&work_.critics);
   for (int c = 0; c < chunks_.count(); ++c) {
     feeder->Need(chunks_.first(c), chunks_.size(c));
     CriticChunk(batch, chunks_.first(c), chunks_.size(c), feeder, &work_);
@@ -88,13 +87,12 @@ void Sac<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, BatchFeede
     target_q[j] = batch->reward(first + j) + batch->discount(first + j) * (target_q[j] - entropy_weight * log_prob[j]);
   }
   // J_Q = ½ mean (Q_i(s, a) − y)²
-  critics_.Regress(batch->input(first), target_q, n, Scalar{1} / static_cast<Scalar>(batch->size()), feeder,
-                   &work->critics);
+  critics_.Regress(batch->input(first), target_q, n, Scalar{1} / static_cast<Scalar>(batch->size()), StartOrAdd(first),
+                   feeder, &work->critics);
 }
 
 template <typename Scalar>
 double Sac<Scalar>::ActorLoss(Batch<Scalar>* batch) {
-  policy_mlp_.StartGradient(&policy_.gradient);
   work_.actor_loss = 0;
   work_.log_prob = 0;
   for (int c = 0; c < chunks_.count(); ++c) {
@@ -120,8 +118,8 @@ void Sac<Scalar>::ActorChunk(Batch<Scalar>* batch, int first, int n, Work* work)
   critics_.ActionGradient(&work->critics, work->d_action.data(), work->head.stride());
   work->head.Backward(work->d_action.data(), n, static_cast<Scalar>(entropy_weight),
                       Scalar{1} / static_cast<Scalar>(batch->size()), work->d_output.data());
-  policy_mlp_.Backward(policy_.weights, batch->input(first), work->d_output.data(), n, &work->policy_tape,
-                       policy_.gradient.data());
+  policy_mlp_.Backward(policy_.weights, batch->input(first), work->d_output.data(), n, StartOrAdd(first),
+                       &work->policy_tape, &policy_.gradient);
 }
 
 template <typename Scalar>

@@ -65,7 +65,6 @@ UpdateInfo Td3<Scalar>::Update(Batch<Scalar>* batch, double learning_rate, Batch
 
 template <typename Scalar>
 double Td3<Scalar>::CriticLoss(Batch<Scalar>* batch, BatchFeeder* feeder) {
-  critics_.StartBatch(&work_.critics);
   for (int c = 0; c < chunks_.count(); ++c) {
     feeder->Need(chunks_.first(c), chunks_.size(c));
     CriticChunk(batch, chunks_.first(c), chunks_.size(c), feeder, &work_);
@@ -85,8 +84,8 @@ void Td3<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, BatchFeede
     target_q[j] = math::Fma(batch->discount(first + j), target_q[j], batch->reward(first + j));
   }
   // mean (Q_i(s, a) − y)²
-  critics_.Regress(batch->input(first), target_q, n, Scalar{2} / static_cast<Scalar>(batch->size()), feeder,
-                   &work->critics);
+  critics_.Regress(batch->input(first), target_q, n, Scalar{2} / static_cast<Scalar>(batch->size()), StartOrAdd(first),
+                   feeder, &work->critics);
 }
 
 // a' = clip(π'(s') + clip(ε, −c, c), −1, 1), ε ~ N(0, σ)
@@ -107,7 +106,6 @@ void Td3<Scalar>::SmoothedTargetAction(Batch<Scalar>* batch, int first, int n, W
 
 template <typename Scalar>
 double Td3<Scalar>::ActorLoss(Batch<Scalar>* batch) {
-  policy_mlp_.StartGradient(&policy_.gradient);
   work_.actor_loss = 0;
   for (int c = 0; c < chunks_.count(); ++c) {
     ActorChunk(batch, chunks_.first(c), chunks_.size(c), &work_);
@@ -133,8 +131,8 @@ void Td3<Scalar>::ActorChunk(Batch<Scalar>* batch, int first, int n, Work* work)
           weight * work->d_action[static_cast<size_t>(a) * work->stride + j] * (Scalar{1} - action * action);
     }
   }
-  policy_mlp_.Backward(policy_.weights, batch->input(first), work->d_output.data(), n, &work->policy_tape,
-                       policy_.gradient.data());
+  policy_mlp_.Backward(policy_.weights, batch->input(first), work->d_output.data(), n, StartOrAdd(first),
+                       &work->policy_tape, &policy_.gradient);
 }
 
 template <typename Scalar>

@@ -34,15 +34,9 @@ void TwinCritic<Scalar>::MinTargetQ(const Scalar* input, int n, Work* work, Scal
 }
 
 template <typename Scalar>
-void TwinCritic<Scalar>::StartBatch(Work* work) {
-  for (TrainedMlp<Scalar>& critic : critics_) mlp_.StartGradient(&critic.gradient);
-  work->squared_error = 0;
-  work->q = 0;
-}
-
-template <typename Scalar>
-void TwinCritic<Scalar>::Regress(const Scalar* input, const Scalar* target_q, int n, Scalar weight, BatchFeeder* feeder,
-                                 Work* work) {
+void TwinCritic<Scalar>::Regress(const Scalar* input, const Scalar* target_q, int n, Scalar weight,
+                                 Accumulate accumulate, BatchFeeder* feeder, Work* work) {
+  if (accumulate == Accumulate::kOverwrite) work->squared_error = work->q = 0;
   for (int i = 0; i < 2; ++i) {
     const Scalar* q = mlp_.Forward(critics_[i].weights, input, n, &work->tape[i]);
     feeder->Pause();
@@ -52,7 +46,7 @@ void TwinCritic<Scalar>::Regress(const Scalar* input, const Scalar* target_q, in
       work->q += static_cast<double>(q[j]);
       work->error[j] = weight * error;
     }
-    mlp_.Backward(critics_[i].weights, input, work->error.data(), n, &work->tape[i], critics_[i].gradient.data());
+    mlp_.Backward(critics_[i].weights, input, work->error.data(), n, accumulate, &work->tape[i], &critics_[i].gradient);
     feeder->Pause();
   }
 }

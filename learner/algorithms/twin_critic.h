@@ -26,7 +26,7 @@ class TwinCritic {
     std::array<std::vector<int>, 2> chosen;  // samples of the last MinQ by the critic that gave the minimum
     AlignedBuffer<Scalar> error;             // [samples]
     AlignedBuffer<Scalar> d_input;           // [action_size × samples]
-    double squared_error = 0;                // sums since StartBatch, over samples and critics
+    double squared_error = 0;                // sums over the batch's samples and both critics
     double q = 0;
   };
 
@@ -37,11 +37,10 @@ class TwinCritic {
   /// min_i of the targets' Q_i: `q` [n].
   void MinTargetQ(const Scalar* input, int n, Work* work, Scalar* q) const;
 
-  /// Zeroes gradients and sums before the first Regress of a batch.
-  void StartBatch(Work* work);
-
-  /// Adds the gradient of weight · ½ Σ_i Σ_j (Q_i − target_q_j)².
-  void Regress(const Scalar* input, const Scalar* target_q, int n, Scalar weight, BatchFeeder* feeder, Work* work);
+  /// Adds the gradient of weight · ½ Σ_i Σ_j (Q_i − target_q_j)²; with
+  /// kOverwrite, for the first samples of a batch, starts gradients and sums anew.
+  void Regress(const Scalar* input, const Scalar* target_q, int n, Scalar weight, Accumulate accumulate,
+               BatchFeeder* feeder, Work* work);
 
   /// One step of both optimizers after the last Regress of a batch.
   void Step(double learning_rate, double max_grad_norm);

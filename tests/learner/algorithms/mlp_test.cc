@@ -43,11 +43,11 @@ TEST_P(MlpGradientTest, BackwardIsTheDerivative) {
     }
     return sum;
   };
-  mlp.StartGradient(&net.gradient);
+  std::fill(net.gradient.begin(), net.gradient.end(), 7.0);  // of an earlier batch
   for (int first = 0, chunk = 1; first < 11; first += sizes[chunk--]) {
     mlp.Forward(net.weights, &x[first * kStride], sizes[chunk], &tape);
-    mlp.Backward(net.weights, &x[first * kStride], &c[first * shape.num_outputs], sizes[chunk], &tape,
-                 net.gradient.data());
+    mlp.Backward(net.weights, &x[first * kStride], &c[first * shape.num_outputs], sizes[chunk],
+                 first == 0 ? Accumulate::kOverwrite : Accumulate::kAdd, &tape, &net.gradient);
   }
   mlp.FinishGradient(&net.gradient);
   ExpectGradient({net.weights.values.data(), net.weights.values.size()}, net.finished_gradient(), loss,
