@@ -6,13 +6,15 @@
 #include "common/core/check.h"
 #include "common/nn/aligned_buffer.h"
 #include "common/nn/column_gemm.h"
+#include "common/nn/kernels.h"
 #include "common/nn/layers.h"
 #include "common/nn/vector_math.h"
 
 namespace cairn {
 namespace {
 
-constexpr int kChunk = 64;  // columns that are pushed through all layers at a time
+constexpr int kChunk = 64;   // columns that are pushed through all layers at a time
+constexpr int kNarrow = 16;  // heads with fewer outputs are dot products instead of a product vectorised over outputs
 constexpr float kMinLogStd = -20.0f;
 constexpr float kMaxLogStd = 2.0f;
 
@@ -50,7 +52,7 @@ struct Policy::Workspace {
   struct Layer {
     int in, out;
     size_t weights, bias, gain, offset;  // positions in `parameters`
-    ColumnGemm<float> product;
+    ColumnGemm<float> product;           // not for a narrow head
   };
 
   Workspace(const PolicyShape& shape, int max_batch)
@@ -62,6 +64,7 @@ struct Policy::Workspace {
     AddLayer(in, shape.output_size(), false, widths, &position);
     CAIRN_CHECK(position == parameters.size());
     for (const Layer& layer : layers) activations.emplace_back(static_cast<size_t>(layer.out) * chunk);
+    head_transposed = AlignedBuffer<float>(static_cast<size_t>(layers.back().in) * layers.back().out);
     std = AlignedBuffer<float>(static_cast<size_t>(shape.action_size) * chunk);
   }
 
@@ -75,25 +78,41 @@ struct Policy::Workspace {
     return out;
   }
 
+  void SetParameters(std::span<const float> values) {
+    std::copy(values.begin(), values.end(), parameters.begin());
+    const Layer& head = layers.back();
+    kernels::Best().transpose(parameters.data() + head.weights, head.out, head.in, head_transposed.data());
+  }
+
   /// Output of the last layer, [output_size × n].
   const float* Forward(const float* observations, int n) {
     const float* x = observations;
+    for (size_t l = 0; l + 1 < layers.size(); ++l) x = HiddenLayer(layers[l], x, n, activations[l].data());
+    return Head(x, n, activations.back().data());
+  }
+
+  const float* HiddenLayer(const Layer& layer, const float* x, int n, float* h) const {
     const float* p = parameters.data();
-    for (size_t l = 0; l < layers.size(); ++l) {
-      const Layer& layer = layers[l];
-      float* z = activations[l].data();
-      layer.product(p + layer.weights, x, n, z);
-      if (l + 1 == layers.size()) {
-        layers::AddBias(p + layer.bias, layer.out, n, z);
-      } else if (layer_norm) {
-        layers::Normalize<float>(p + layer.bias, layer.out, n, z, nullptr);
-        layers::GainRelu(p + layer.gain, p + layer.offset, layer.out, n, z, z);
-      } else {
-        layers::BiasRelu(p + layer.bias, layer.out, n, z);
-      }
-      x = z;
+    layer.product(p + layer.weights, x, n, h);
+    if (layer_norm) {
+      layers::Normalize<float>(p + layer.bias, layer.out, n, h, nullptr);
+      layers::GainRelu(p + layer.gain, p + layer.offset, layer.out, n, h, h);
+    } else {
+      layers::BiasRelu(p + layer.bias, layer.out, n, h);
     }
-    return x;
+    return h;
+  }
+
+  const float* Head(const float* x, int n, float* y) const {
+    const Layer& head = layers.back();
+    const float* p = parameters.data();
+    if (head.out < kNarrow) {
+      layers::NarrowProduct(head_transposed.data(), p + head.bias, x, head.in, head.out, n, y);
+    } else {
+      head.product(p + head.weights, x, n, y);
+      layers::AddBias(p + head.bias, head.out, n, y);
+    }
+    return y;
   }
 
   int chunk;
@@ -101,6 +120,7 @@ struct Policy::Workspace {
   AlignedBuffer<float> parameters;
   std::vector<Layer> layers;
   std::vector<AlignedBuffer<float>> activations;
+  AlignedBuffer<float> head_transposed;  // [in × out]
   AlignedBuffer<float> std;
 };
 
@@ -132,7 +152,7 @@ void Policy::SetParameters(std::span<const float> parameters) {
   for (size_t i = 0; i < size; ++i) {
     if (!std::isfinite(parameters[i])) ThrowError("policy parameter {} of {} is {}", i, size, parameters[i]);
   }
-  std::copy(parameters.begin(), parameters.end(), workspace_->parameters.begin());
+  workspace_->SetParameters(parameters);
 }
 
 void Policy::Act(const float* observations, int n, float* actions) {

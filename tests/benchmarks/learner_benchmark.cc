@@ -2,11 +2,13 @@
 //
 // `sac|td3/NET/BATCH` count as fraction_of_fma_peak = (FLOPs of the matrix products that one update executes) × updates
 // a second / (FLOPs a second of a register-only loop of fused multiply-adds of the same width). Both run in turns
-// of a few milliseconds, timed by the thread's CPU clock, so that the ratio holds on a busy machine too.
+// of a few milliseconds, timed by the thread's CPU clock, and the medians over the turns count, so that the ratio holds
+// on a busy machine too.
 
 #include <benchmark/benchmark.h>
 #include <time.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -23,13 +25,19 @@ namespace {
 constexpr int kObservations = 14;
 constexpr int kActions = 3;
 constexpr int kReplayRows = 100000;
-constexpr double kPeakFlops = 4e8;    // of one turn of the peak loop: a few milliseconds
-constexpr double kUpdateFlops = 2e9;  // of one turn of updates
+constexpr double kPeakFlops = 1e8;    // of one turn of the peak loop: about a millisecond
+constexpr double kUpdateFlops = 8e8;  // of one turn of updates
 
 double CpuSeconds() {
   timespec t{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+double Median(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
 }
 
 LearnerConfig MakeConfig(LearnerConfig::Algorithm algorithm, int width, int batch_size) {
@@ -111,20 +119,19 @@ void BM_Update(benchmark::State& state, LearnerConfig::Algorithm kind, int width
   algorithm->Update(replay, 4, 0.0);
   peak.Run(kPeakFlops);
 
-  double updates = 0, update_seconds = 0, peak_flops = 0, peak_seconds = 0;
+  std::vector<double> peak_rates, rates;
   for (auto _ : state) {
     const double start = CpuSeconds();
-    peak_flops += peak.Run(kPeakFlops);
+    const double peak_flops = peak.Run(kPeakFlops);
     const double middle = CpuSeconds();
     algorithm->Update(replay, turn, 0.0);
     const double end = CpuSeconds();
-    peak_seconds += middle - start;
-    update_seconds += end - middle;
-    updates += turn;
+    peak_rates.push_back(peak_flops / (middle - start));
+    rates.push_back(turn / (end - middle));
     state.SetIterationTime(end - middle);
   }
-  const double peak_rate = peak_flops / peak_seconds;
-  const double rate = updates / update_seconds;
+  const double peak_rate = Median(&peak_rates);
+  const double rate = Median(&rates);
   const double both_flops = 2.0 * MultiplyAdds(config, shape, true) * batch_size;
   state.counters["updates_per_s"] = rate;
   state.counters["fraction_of_fma_peak"] = rate * update_flops / peak_rate;
@@ -164,8 +171,8 @@ void BM_Inference(benchmark::State& state) {
     benchmark::DoNotOptimize(actions.data());
     benchmark::ClobberMemory();
   }
-  state.counters["ns_per_vehicle"] = benchmark::Counter(static_cast<double>(state.iterations()) * vehicles * 1e-9,
-                                                        benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["vehicles_per_s"] =
+      benchmark::Counter(static_cast<double>(state.iterations()) * vehicles, benchmark::Counter::kIsRate);
 }
 
 void RegisterUpdates() {
