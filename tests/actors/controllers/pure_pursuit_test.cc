@@ -19,7 +19,7 @@ std::shared_ptr<const Scene> Referee(Experiment experiment) {
 std::shared_ptr<const Scene> StraightLine() {
   auto scene = std::make_shared<Scene>(HallExperiment());
   std::vector<float> xs;
-  for (float x = 0.2f; x < 2.75f; x += 0.02f) xs.push_back(x);
+  for (float x = 0.2f; x < 2.98f; x += 0.02f) xs.push_back(x);
   scene->SetTable(MakeChain(scene->world().goal, xs, 0.5f, 0.05));
   return scene;
 }
@@ -60,13 +60,15 @@ TEST(PurePursuitTest, SteersBackToTheRoadmap) {
   EXPECT_GT(yaw_rate, 0);
 }
 
+// 0.115 m from the bumper (x = 2.885) to the wall at x = 3, of 8 R = 0.344 m: a third of top speed.
 TEST(PurePursuitTest, SlowsDownBeforeAWall) {
   const PurePursuit controller(StraightLine());
-  double far = 0, near = 0, yaw_rate = 0;
-  controller.Drive({2.5, 0.5, 0}, far, yaw_rate);
-  controller.Drive({2.75, 0.5, 0.0}, near, yaw_rate);  // past the last vertex it faces back; so compare ahead only
-  EXPECT_GT(far, 0.5);
-  EXPECT_LT(near, far);
+  const double radius = VehicleConfig{}.circumscribed_radius();
+  double speed = 0, yaw_rate = 0;
+  controller.Drive({2.85, 0.5, 0}, speed, yaw_rate);
+  EXPECT_NEAR(speed, 0.115 / (8 * radius), 1e-3);
+  controller.Drive({2.6, 0.5, 0}, speed, yaw_rate);
+  EXPECT_NEAR(speed, 0.7, 1e-3);
 }
 
 TEST(PurePursuitTest, SolvesTheMazeWithBothCars) {
