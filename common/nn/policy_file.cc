@@ -1,13 +1,10 @@
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 
 #include "common/core/check.h"
+#include "common/core/files.h"
 #include "common/core/hash.h"
 #include "common/nn/policy.h"
 #include "common/nn/policy.pb.h"
@@ -17,54 +14,13 @@ namespace {
 
 constexpr uint32_t kPolicyFormatVersion = 1;
 
-/// A file descriptor that closes itself.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return fd_; }
-
- private:
-  int fd_;
-};
-
-[[noreturn]] void ThrowErrno(const std::string& path, const char* what) {
-  ThrowError("policy file {}: cannot {}: {}", path, what, std::strerror(errno));
-}
-
-void WriteAll(int fd, const std::string& bytes, const std::string& path) {
-  for (size_t done = 0; done < bytes.size();) {
-    const ssize_t n = ::write(fd, bytes.data() + done, bytes.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) ThrowErrno(path, "write");
-    done += static_cast<size_t>(n);
-  }
-}
-
-void WriteAndSync(const std::string& bytes, const std::string& beside, const std::string& path) {
-  const Descriptor file(::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
-  if (file.get() < 0) ThrowErrno(path, "create");
-  WriteAll(file.get(), bytes, path);
-  if (::fsync(file.get()) != 0) ThrowErrno(path, "sync");
-}
-
-void SyncDirectoryOf(const std::string& path) {
-  const std::filesystem::path directory = std::filesystem::absolute(path).parent_path();
-  const Descriptor fd(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (fd.get() < 0 || ::fsync(fd.get()) != 0) ThrowErrno(path, "sync the directory");
-}
-
 std::string ReadAll(const std::string& path) {
   errno = 0;
   std::ifstream file(path, std::ios::binary);
-  if (!file) ThrowErrno(path, "open");
+  if (!file) ThrowError("policy file {}: cannot open: {}", path, std::strerror(errno));
   std::ostringstream bytes;
   bytes << file.rdbuf();
-  if (file.bad()) ThrowErrno(path, "read");
+  if (file.bad()) ThrowError("policy file {}: cannot read: {}", path, std::strerror(errno));
   return std::move(bytes).str();
 }
 
@@ -121,15 +77,7 @@ PolicyFile FromPayload(const proto::PolicyPayload& payload, const std::string& p
 
 void SavePolicy(const PolicyFile& policy, const std::string& path) {
   CAIRN_CHECK(policy.parameters.size() == policy.shape.num_parameters());
-  const std::string beside = path + ".tmp";
-  try {
-    WriteAndSync(Serialize(policy), beside, path);
-    if (::rename(beside.c_str(), path.c_str()) != 0) ThrowErrno(path, "rename");
-  } catch (...) {
-    ::unlink(beside.c_str());
-    throw;
-  }
-  SyncDirectoryOf(path);
+  WriteFileAtomically(path, Serialize(policy));
 }
 
 PolicyFile LoadPolicy(const std::string& path) {

@@ -76,8 +76,9 @@ class Mlp {
   /// f(x) for n samples, [num_outputs × n], which stands in `tape`.
   const Scalar* Forward(const MlpWeights<Scalar>& weights, const Scalar* x, int n, MlpTape<Scalar>* tape) const;
 
-  /// Adds to `gradient` (of MakeGradientBuffer) the derivatives of a loss by the parameters; `d_output` [num_outputs ×
-  /// n] are those by the outputs of the last Forward with the same x, n and tape.
+  /// Adds to `gradient` (of MakeGradientBuffer) the derivatives of a loss by the parameters; with kOverwrite, for the
+  /// first samples of a batch, it starts anew. `d_output` [num_outputs × n] are the derivatives by the outputs of the
+  /// last Forward with the same x, n and tape.
   void Backward(const MlpWeights<Scalar>& weights, const Scalar* x, const Scalar* d_output, int n,
                 Accumulate accumulate, MlpTape<Scalar>* tape, AlignedBuffer<Scalar>* gradient) const;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <span>
 
 namespace cairn::learner {
 namespace {
@@ -15,7 +16,7 @@ TwinCritic<Scalar>::Work::Work(const Mlp<Scalar>& mlp, int action_size)
     : tape{MlpTape<Scalar>(mlp.shape(), mlp.max_columns()), MlpTape<Scalar>(mlp.shape(), mlp.max_columns())},
       error(Padded(mlp.max_columns())),
       d_input(Padded(mlp.max_columns()) * action_size) {
-  for (auto& samples : chosen) samples.reserve(mlp.max_columns());
+  for (auto& samples : chosen) samples = AlignedBuffer<int>(Padded(mlp.max_columns()));
 }
 
 template <typename Scalar>
@@ -60,28 +61,31 @@ void TwinCritic<Scalar>::Step(double learning_rate, double max_grad_norm) {
 template <typename Scalar>
 void TwinCritic<Scalar>::FirstQ(const Scalar* input, int n, Work* work, Scalar* q) const {
   std::copy_n(mlp_.Forward(critics_[0].weights, input, n, &work->tape[0]), n, q);
-  work->chosen[0].resize(n);
-  work->chosen[1].clear();
-  std::iota(work->chosen[0].begin(), work->chosen[0].end(), 0);
+  std::iota(work->chosen[0].begin(), work->chosen[0].begin() + n, 0);
+  work->num_chosen = {n, 0};
 }
 
 template <typename Scalar>
 void TwinCritic<Scalar>::MinQ(const Scalar* input, int n, Work* work, Scalar* q) const {
   const Scalar* q1 = mlp_.Forward(critics_[0].weights, input, n, &work->tape[0]);
   const Scalar* q2 = mlp_.Forward(critics_[1].weights, input, n, &work->tape[1]);
-  for (auto& samples : work->chosen) samples.clear();
-  for (int j = 0; j < n; ++j) {
+  int num_first = 0, num_second = 0;
+  for (int j = 0; j < n; ++j) {  // without a branch: which one it is cannot be predicted
     const bool second = q2[j] < q1[j];
-    work->chosen[second ? 1 : 0].push_back(j);
     q[j] = second ? q2[j] : q1[j];
+    work->chosen[0][num_first] = j;
+    work->chosen[1][num_second] = j;
+    num_first += second ? 0 : 1;
+    num_second += second ? 1 : 0;
   }
+  work->num_chosen = {num_first, num_second};
 }
 
 template <typename Scalar>
 void TwinCritic<Scalar>::ActionGradient(Work* work, Scalar* d_action, int stride) const {
   const int first_action = mlp_.shape().num_inputs - action_size_;
   for (int i = 0; i < 2; ++i) {
-    const std::vector<int>& samples = work->chosen[i];
+    const std::span<const int> samples(work->chosen[i].data(), work->num_chosen[i]);
     if (samples.empty()) continue;
     mlp_.InputGradient(critics_[i].weights, samples, first_action, action_size_, &work->tape[i], work->d_input.data());
     for (size_t p = 0; p < samples.size(); ++p) {

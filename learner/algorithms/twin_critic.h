@@ -23,10 +23,11 @@ class TwinCritic {
     Work(const Mlp<Scalar>& mlp, int action_size);
 
     std::array<MlpTape<Scalar>, 2> tape;
-    std::array<std::vector<int>, 2> chosen;  // samples of the last MinQ by the critic that gave the minimum
-    AlignedBuffer<Scalar> error;             // [samples]
-    AlignedBuffer<Scalar> d_input;           // [action_size × samples]
-    double squared_error = 0;                // sums over the batch's samples and both critics
+    std::array<AlignedBuffer<int>, 2> chosen;  // samples of the last FirstQ or MinQ by the critic that gave the value
+    std::array<int, 2> num_chosen{};
+    AlignedBuffer<Scalar> error;    // [samples]
+    AlignedBuffer<Scalar> d_input;  // [action_size × samples]
+    double squared_error = 0;       // sums over the batch's samples and both critics
     double q = 0;
   };
 
