@@ -132,14 +132,29 @@ bool Actor::ReceiveTable() {
   if (!running()) return false;
   if (welcome_->assignment > assignment_done_) {
     assignment_done_ = welcome_->assignment;
-    rollout_.Assign(welcome_->vehicle, welcome_->next_episode);
-    round_steps_done_ = welcome_->round_steps_done;
-    // The learner counts what it has of the current round; all of that round before the assignment is in there.
-    round_done_ = std::min(round_done_, welcome_->round - 1);
-    rollout_.TakeSegments();
-    rollout_.TakeEpisodes();
+    TakeAssignment();
   }
   return true;
+}
+
+// Of a vehicle that is new here the learner knows how much of the round it has; of one that stays only this process
+// knows how far it is, since the learner's count lags behind what is on the way.
+void Actor::TakeAssignment() {
+  SendExperience();
+  std::map<int32_t, RoundProgress> progress;
+  for (size_t i = 0; i < welcome_->vehicle.size(); ++i) {
+    const auto kept = progress_.find(welcome_->vehicle[i]);
+    progress[welcome_->vehicle[i]] =
+        kept != progress_.end() ? kept->second : RoundProgress{welcome_->round, welcome_->round_steps_done[i]};
+  }
+  progress_ = std::move(progress);
+  rollout_.Assign(welcome_->vehicle, welcome_->next_episode);
+}
+
+int64_t Actor::RoundStepsLeft(int32_t vehicle) const {
+  const RoundProgress& progress = progress_.at(vehicle);
+  const int64_t granted = control_->round_steps + (vehicle < control_->round_extra ? 1 : 0);
+  return std::max<int64_t>(0, granted - (progress.round == control_->round ? progress.steps : 0));
 }
 
 bool Actor::UsePolicy(int64_t version) {
@@ -157,15 +172,15 @@ RolloutContext Actor::Context() {
 }
 
 bool Actor::RollRound() {
-  if (control_->round <= round_done_ || !UsePolicy(control_->policy_version)) return false;
-  const RolloutContext context = Context();
-  const bool resumed = control_->round == welcome_->round;
   std::vector<int64_t> target(static_cast<size_t>(rollout_.num_vehicles()));
-  for (size_t i = 0; i < target.size(); ++i) {
-    const int index = static_cast<int>(i);
-    const int extra = rollout_.vehicle(index) < control_->round_extra ? 1 : 0;
-    target[i] = rollout_.transitions(index) + control_->round_steps + extra - (resumed ? round_steps_done_[i] : 0);
+  int64_t left = 0;
+  for (int i = 0; i < rollout_.num_vehicles(); ++i) {
+    const int64_t steps = RoundStepsLeft(rollout_.vehicle(i));
+    target[static_cast<size_t>(i)] = rollout_.transitions(i) + steps;
+    left += steps;
   }
+  if (left == 0 || !UsePolicy(control_->policy_version)) return false;
+  const RolloutContext context = Context();
   std::vector<int> active;
   do {
     active.clear();
@@ -174,6 +189,9 @@ bool Actor::RollRound() {
     }
     if (!active.empty()) rollout_.Step(active, context);
   } while (!active.empty());
+  for (auto& [vehicle, progress] : progress_) {
+    progress = {control_->round, control_->round_steps + (vehicle < control_->round_extra ? 1 : 0)};
+  }
   round_done_ = control_->round;
   SendExperience();
   return true;

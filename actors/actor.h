@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -41,6 +42,8 @@ class Actor {
   // What it does; each returns whether there was something to do.
   bool Join(TimePoint now);
   bool ReceiveTable();
+  void TakeAssignment();
+  int64_t RoundStepsLeft(int32_t vehicle) const;
   bool RollRound();
   bool RollCredit();
   bool Evaluate();
@@ -74,7 +77,11 @@ class Actor {
   std::string refusal_;
   bool has_table_ = false;
   int64_t assignment_done_ = -1;
-  std::vector<int32_t> round_steps_done_;  // of welcome_->round, by index of my vehicles
+  struct RoundProgress {
+    int64_t round = 0;
+    int64_t steps = 0;
+  };
+  std::map<int32_t, RoundProgress> progress_;  // by vehicle: what it has made of which round
   int64_t round_done_ = 0;
   int64_t evaluation_done_ = 0;
   int64_t credit_used_ = 0;

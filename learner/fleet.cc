@@ -80,8 +80,8 @@ Welcome Fleet::Join(const Hello& hello, TimePoint now) {
   record.session = hello.session;
   record.generation = hello.generation;
   record.last_heard = now;
+  record.assignment = ++assignment_;
   actors_[hello.actor_id] = record;
-  ++assignment_;
   for (size_t v = 0; v < vehicles_.size(); ++v) {
     VehicleRecord& vehicle = vehicles_[v];
     if (vehicle.owner == -1 && HomeActor(static_cast<int>(v)) == hello.actor_id) vehicle.owner = hello.actor_id;
@@ -102,7 +102,7 @@ Welcome Fleet::Assignment(const ActorRecord& actor) const {
   Welcome welcome;
   welcome.incarnation = incarnation_;
   welcome.session = actor.session;
-  welcome.assignment = assignment_;
+  welcome.assignment = actor.assignment;
   welcome.round = round_;
   for (size_t v = 0; v < vehicles_.size(); ++v) {
     if (vehicles_[v].owner != actor.actor_id) continue;
@@ -151,14 +151,16 @@ std::vector<int64_t> Fleet::Reassign(int32_t actor_id) {
   if (others.empty()) return changed;
   actors_.erase(actor_id);
   disturbed_ = true;
-  ++assignment_;
   size_t next = 0;
   for (VehicleRecord& vehicle : vehicles_) {
     if (vehicle.owner != actor_id) continue;
     vehicle.owner = others[next++ % others.size()]->actor_id;
     vehicle.open = false;
   }
-  for (const ActorRecord* record : others) changed.push_back(record->session);
+  for (ActorRecord* record : others) {
+    record->assignment = ++assignment_;
+    changed.push_back(record->session);
+  }
   return changed;
 }
 

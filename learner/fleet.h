@@ -17,6 +17,7 @@ struct ActorRecord {
   int32_t actor_id = 0;
   int64_t session = 0;
   int32_t generation = 0;
+  int64_t assignment = 0;  ///< number of its newest assignment; changes only with its vehicles
   ReliableReceiver stream;
   TimePoint last_heard{};
   int64_t echo_utime = 0;

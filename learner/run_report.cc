@@ -1,5 +1,7 @@
 #include "learner/run_report.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -32,6 +34,15 @@ double MeanOver(const std::deque<EpisodeResult>& episodes, Value value) {
 
 double MeanSuccess(const std::deque<EpisodeResult>& episodes) {
   return MeanOver(episodes, [](const EpisodeResult& e) { return e.outcome == Outcome::kGoal ? 1.0 : 0.0; });
+}
+
+double ProcessCpuSeconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
 double MeanLag(const CoordinatorCounters& stream) {
@@ -174,6 +185,7 @@ void RunReport::Finish(const RunCounters& counters, const RunResult& result) {
   json["updates"] = counters.updates;
   json["wall_s"] = wall_s();
   json["training_s"] = training_s;
+  json["learner_cpu_s"] = ProcessCpuSeconds();
   const bool reached = counters.consumption_env_steps >= 0;
   json["consumption_env_steps"] = reached ? nlohmann::ordered_json(counters.consumption_env_steps) : nullptr;
   json["consumption_wall_s"] = reached ? nlohmann::ordered_json(counters.consumption_wall_s) : nullptr;

@@ -97,6 +97,13 @@ TEST(FleetTest, RepeatedHelloOfOneSessionChangesNothing) {
   EXPECT_EQ(fleet.Join(MakeHello(0, 10), kNow).assignment, first.assignment);
 }
 
+TEST(FleetTest, OneActorsJoinLeavesTheAssignmentOfAnotherAlone) {
+  Fleet fleet = MakeFleet();
+  const int64_t assignment = fleet.Join(MakeHello(0, 10), kNow).assignment;
+  fleet.Join(MakeHello(1, 20), kNow);
+  EXPECT_EQ(fleet.Assignment(*fleet.Find(10)).assignment, assignment);
+}
+
 TEST(FleetTest, AcceptsTransitionsExactlyOnceAndInOrder) {
   Fleet fleet = MakeFleet();
   fleet.Join(MakeHello(0, 10), kNow);
