@@ -56,7 +56,7 @@ void Actor::Run() {
   Duration wait = Duration::zero();
   while (!finished()) {
     bus_->Poll(wait);
-    if (!refusal_.empty()) ThrowError("the learner refused actor {}: {}", identity_.actor_id, refusal_);
+    if (!refusal_.empty()) ThrowUsageError("the learner refused actor {}: {}", identity_.actor_id, refusal_);
     const TimePoint start = Clock::now();
     tables_.Poll(start);
     stream_.Poll(start);

@@ -31,7 +31,8 @@ class Actor {
   /// `bus` must outlive the actor. Throws UsageError as Scene does.
   Actor(Bus* bus, const Experiment& experiment, const ActorIdentity& identity);
 
-  /// Returns when the run is finished. Throws Error when the learner refuses this process.
+  /// Returns when the run is finished. Throws UsageError when the learner refuses this process: another revision,
+  /// experiment or id; starting it again would not help.
   void Run();
 
  private:

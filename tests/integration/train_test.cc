@@ -25,10 +25,10 @@ std::vector<std::string> SmallRun(const std::filesystem::path& run_dir, int64_t 
                                   const std::vector<std::string>& more = {}) {
   std::vector<std::string> arguments{"train", kExperiments + "car_maze.textproto", "--run-dir", run_dir.string(),
                                      "--quiet"};
-  for (const std::string& set :
-       {std::string("vehicle.kind=PLANE_CAR"), "total_env_steps=" + std::to_string(steps),
-        std::string("learner.learning_starts=500"), std::string("evaluation.interval_env_steps=1000"),
-        std::string("evaluation.max_steps=60"), std::string("evaluation.test_starts=20")}) {
+  for (const std::string& set : {std::string("vehicle.kind=PLANE_CAR"), "total_env_steps=" + std::to_string(steps),
+                                 std::string("learner.learning_starts=500"), std::string("learner.train_freq=10"),
+                                 std::string("evaluation.interval_env_steps=1000"),
+                                 std::string("evaluation.max_steps=60"), std::string("evaluation.test_starts=20")}) {
     arguments.insert(arguments.end(), {"--set", set});
   }
   arguments.insert(arguments.end(), more.begin(), more.end());
