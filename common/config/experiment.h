@@ -173,7 +173,7 @@ struct EvaluationConfig {
   int consumption_starts = 10;
   int validation_starts = 50;
   int test_starts = 200;
-  int validation_every = 2;
+  int validation_every = 4;
 
   bool operator==(const EvaluationConfig&) const = default;
 };

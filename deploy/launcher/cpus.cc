@@ -61,6 +61,9 @@ int AvailableCpus() {
   return std::max(1, static_cast<int>(std::floor(std::min({AffinityCpus(), CgroupCpus(), SlurmCpus()}))));
 }
 
-int DefaultActors(int num_vehicles) { return std::clamp(AvailableCpus() - 1, 1, num_vehicles); }
+int DefaultActors(int num_vehicles) {
+  const int cpus = AvailableCpus();
+  return std::min(std::max(cpus - 1, std::min(2, cpus)), num_vehicles);
+}
 
 }  // namespace cairn::deploy
