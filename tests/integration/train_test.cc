@@ -182,7 +182,7 @@ TEST_F(TrainTest, SigtermEndsTheRunWithinTwoSecondsAndSavesThePolicy) {
 }
 
 TEST_F(TrainTest, NoProcessIsLeftWhenTheLauncherIsKilled) {
-  Program train("cairn", SmallRun(Dir("run"), 100000000), log());
+  Program train("cairn", SmallRun(Dir("run"), 100000000, {"--actors", "1"}), log());
   ASSERT_TRUE(WaitForTraining(Dir("run"), train)) << ReadFile(log());
   const std::vector<pid_t> children = Descendants(train.pid(), "cairn-");
   ASSERT_EQ(children.size(), 3u);
