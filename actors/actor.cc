@@ -61,7 +61,7 @@ void Actor::Run() {
     tables_.Poll(start);
     stream_.Poll(start);
     const bool worked =
-        Join(start) && ReceiveTable() && (Evaluate() || (control_->lockstep ? RollRound() : RollCredit()));
+        Join(start) && ReceiveTable() && (Evaluate() || (control_->lockstep ? RollRounds() : RollCredit()));
     const TimePoint now = Clock::now();
     if (worked) busy_s_ += std::chrono::duration<double>(now - start).count();
     SendStatus(now, worked ? Duration(kIdleStatus) : Duration(kWaitingStatus));
@@ -83,10 +83,7 @@ void Actor::OnWelcome(const Welcome& welcome) {
 
 void Actor::OnControl(const Control& control) {
   // Datagrams of one sender may overtake each other; only newer state counts.
-  if (control_ && control.incarnation == control_->incarnation && control.utime < control_->utime &&
-      control.round <= control_->round) {
-    return;
-  }
+  if (control_ && control.incarnation == control_->incarnation && control.number <= control_->number) return;
   control_ = control;
   policies_.SetIncarnation(control.incarnation);
   if (control.evaluation_id != 0) policies_.Pin(control.evaluation_version);
@@ -137,24 +134,11 @@ bool Actor::ReceiveTable() {
   return true;
 }
 
-// Of a vehicle that is new here the learner knows how much of the round it has; of one that stays only this process
-// knows how far it is, since the learner's count lags behind what is on the way.
+// Of a vehicle that is new here the learner knows how far it is; of one that stays only this process does, since the
+// learner's count lags behind what is on the way.
 void Actor::TakeAssignment() {
   SendExperience();
-  std::map<int32_t, RoundProgress> progress;
-  for (size_t i = 0; i < welcome_->vehicle.size(); ++i) {
-    const auto kept = progress_.find(welcome_->vehicle[i]);
-    progress[welcome_->vehicle[i]] =
-        kept != progress_.end() ? kept->second : RoundProgress{welcome_->round, welcome_->round_steps_done[i]};
-  }
-  progress_ = std::move(progress);
-  rollout_.Assign(welcome_->vehicle, welcome_->next_episode);
-}
-
-int64_t Actor::RoundStepsLeft(int32_t vehicle) const {
-  const RoundProgress& progress = progress_.at(vehicle);
-  const int64_t granted = control_->round_steps + (vehicle < control_->round_extra ? 1 : 0);
-  return std::max<int64_t>(0, granted - (progress.round == control_->round ? progress.steps : 0));
+  rollout_.Assign(welcome_->vehicle, welcome_->next_episode, welcome_->steps_done);
 }
 
 bool Actor::UsePolicy(int64_t version) {
@@ -167,32 +151,33 @@ bool Actor::UsePolicy(int64_t version) {
   return true;
 }
 
-RolloutContext Actor::Context() {
-  return {&policy_, control_->warm_up, control_->incarnation, policy_in_use_, control_->table_hash};
+RolloutContext Actor::Context(bool warm_up) {
+  return {&policy_, warm_up, control_->incarnation, policy_in_use_, control_->table_hash};
 }
 
-bool Actor::RollRound() {
-  std::vector<int64_t> target(static_cast<size_t>(rollout_.num_vehicles()));
-  int64_t left = 0;
-  for (int i = 0; i < rollout_.num_vehicles(); ++i) {
-    const int64_t steps = RoundStepsLeft(rollout_.vehicle(i));
-    target[static_cast<size_t>(i)] = rollout_.transitions(i) + steps;
-    left += steps;
+// The oldest open round in which a vehicle here has steps left. Whoever is done with one goes on with the next without
+// waiting for the other actors.
+bool Actor::RollRounds() {
+  for (const Control::Round& round : control_->rounds) {
+    for (int i = 0; i < rollout_.num_vehicles(); ++i) {
+      if (rollout_.transitions(i) < round.Target(rollout_.vehicle(i))) return RollRound(round);
+    }
   }
-  if (left == 0 || !UsePolicy(control_->policy_version)) return false;
-  const RolloutContext context = Context();
+  return false;
+}
+
+bool Actor::RollRound(const Control::Round& round) {
+  if (!UsePolicy(round.policy_version)) return false;
+  const RolloutContext context = Context(round.warm_up);
   std::vector<int> active;
   do {
     active.clear();
     for (int i = 0; i < rollout_.num_vehicles(); ++i) {
-      if (rollout_.transitions(i) < target[static_cast<size_t>(i)]) active.push_back(i);
+      if (rollout_.transitions(i) < round.Target(rollout_.vehicle(i))) active.push_back(i);
     }
     if (!active.empty()) rollout_.Step(active, context);
   } while (!active.empty());
-  for (auto& [vehicle, progress] : progress_) {
-    progress = {control_->round, control_->round_steps + (vehicle < control_->round_extra ? 1 : 0)};
-  }
-  round_done_ = control_->round;
+  round_done_ = round.round;
   SendExperience();
   return true;
 }
@@ -221,7 +206,7 @@ bool Actor::RollCredit() {
   }
   std::sort(indices.begin(), indices.end());
   const int64_t before = rollout_.env_steps();
-  rollout_.Step(indices, Context());
+  rollout_.Step(indices, Context(control_->warm_up));
   credit_used_ += rollout_.env_steps() - before;
   return true;
 }
@@ -245,7 +230,7 @@ bool Actor::Evaluate() {
 // The disturbances are keyed by the policy's version: ids of evaluations depend on timing, versions do not.
 std::vector<EpisodeResult> Actor::RunEvaluation(std::vector<int> starts) {
   EvaluationOptions options;
-  options.evaluation = static_cast<int>(control_->evaluation_version & 0x7FFFFFFF);
+  options.evaluation = EvaluationOptions::KeyOf(control_->evaluation_version);
   options.policy_version = control_->evaluation_version;
   EvaluationBatch batch(scene_, control_->evaluation_set, std::move(starts), options);
   PolicyController controller(policy_, options.max_batch);

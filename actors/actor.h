@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -44,8 +43,8 @@ class Actor {
   bool Join(TimePoint now);
   bool ReceiveTable();
   void TakeAssignment();
-  int64_t RoundStepsLeft(int32_t vehicle) const;
-  bool RollRound();
+  bool RollRounds();
+  bool RollRound(const Control::Round& round);
   bool RollCredit();
   bool Evaluate();
   // What goes out.
@@ -55,7 +54,7 @@ class Actor {
 
   /// Sets the policy to a version; asks for it and returns false when it is not here yet.
   bool UsePolicy(int64_t version);
-  RolloutContext Context();
+  RolloutContext Context(bool warm_up);
   std::vector<EpisodeResult> RunEvaluation(std::vector<int> starts);
   const Control::Actor* Myself() const;
   bool finished() const { return control_ && control_->phase == Control::Phase::kFinished; }
@@ -78,11 +77,6 @@ class Actor {
   std::string refusal_;
   bool has_table_ = false;
   int64_t assignment_done_ = -1;
-  struct RoundProgress {
-    int64_t round = 0;
-    int64_t steps = 0;
-  };
-  std::map<int32_t, RoundProgress> progress_;  // by vehicle: what it has made of which round
   int64_t round_done_ = 0;
   int64_t evaluation_done_ = 0;
   int64_t credit_used_ = 0;

@@ -5,7 +5,7 @@
 
 namespace cairn::actors {
 
-EvaluationBatch::EvaluationBatch(std::shared_ptr<const Scene> scene, StartSet set, std::vector<int> starts,
+EvaluationBatch::EvaluationBatch(const std::shared_ptr<const Scene>& scene, StartSet set, std::vector<int> starts,
                                  const EvaluationOptions& options)
     : set_(set),
       starts_(std::move(starts)),
@@ -56,11 +56,11 @@ void EvaluationBatch::Step(Controller& controller) {
   std::erase_if(active_, [](const Slot& slot) { return slot.environment == nullptr; });
 }
 
-std::vector<EpisodeResult> RunEpisodes(std::shared_ptr<const Scene> scene, StartSet set, std::vector<int> starts,
+std::vector<EpisodeResult> RunEpisodes(const std::shared_ptr<const Scene>& scene, StartSet set, std::vector<int> starts,
                                        Controller& controller, EvaluationOptions options,
                                        std::vector<Trajectory>* trajectories) {
   options.record = trajectories != nullptr;
-  EvaluationBatch batch(std::move(scene), set, std::move(starts), options);
+  EvaluationBatch batch(scene, set, std::move(starts), options);
   while (!batch.done()) batch.Step(controller);
   if (trajectories != nullptr) *trajectories = batch.trajectories();
   return batch.results();

@@ -14,7 +14,11 @@ namespace cairn::actors {
 using Trajectory = std::vector<std::array<float, 2>>;
 
 struct EvaluationOptions {
-  int evaluation = 0;          ///< number of the check: its disturbances differ from those of other checks
+  /// Key of the disturbances: a check has others than the next one, and all of one policy version have the same, so
+  /// that `cairn eval` repeats a run's own test exactly.
+  static int KeyOf(int64_t policy_version) { return static_cast<int>(policy_version & 0x7FFFFFFF); }
+
+  int evaluation = 0;          ///< key of the disturbances
   int64_t policy_version = 0;  ///< copied into the results
   int max_batch = 32;          ///< episodes that run at the same time
   bool record = false;         ///< keep trajectories
@@ -26,7 +30,7 @@ struct EvaluationOptions {
 class EvaluationBatch {
  public:
   /// `scene` must have a table and keep it until the batch is done.
-  EvaluationBatch(std::shared_ptr<const Scene> scene, StartSet set, std::vector<int> starts,
+  EvaluationBatch(const std::shared_ptr<const Scene>& scene, StartSet set, std::vector<int> starts,
                   const EvaluationOptions& options = {});
 
   bool done() const { return active_.empty(); }
@@ -60,7 +64,7 @@ class EvaluationBatch {
 };
 
 /// Rolls out starts `starts` of `set` to their ends; `trajectories`, when not null, receives one per start.
-std::vector<EpisodeResult> RunEpisodes(std::shared_ptr<const Scene> scene, StartSet set, std::vector<int> starts,
+std::vector<EpisodeResult> RunEpisodes(const std::shared_ptr<const Scene>& scene, StartSet set, std::vector<int> starts,
                                        Controller& controller, EvaluationOptions options = {},
                                        std::vector<Trajectory>* trajectories = nullptr);
 

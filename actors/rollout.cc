@@ -9,7 +9,8 @@ namespace cairn::actors {
 Rollout::Rollout(std::shared_ptr<const Scene> scene)
     : scene_(std::move(scene)), observation_size_(ObservationSize(scene_->experiment())) {}
 
-void Rollout::Assign(const std::vector<int32_t>& vehicles, const std::vector<int32_t>& next_episode) {
+void Rollout::Assign(const std::vector<int32_t>& vehicles, const std::vector<int32_t>& next_episode,
+                     const std::vector<int64_t>& steps_done) {
   std::vector<VehicleState> assigned;
   for (size_t i = 0; i < vehicles.size(); ++i) {
     const auto kept = std::find_if(vehicles_.begin(), vehicles_.end(),
@@ -21,6 +22,7 @@ void Rollout::Assign(const std::vector<int32_t>& vehicles, const std::vector<int
     VehicleState vehicle;
     vehicle.id = vehicles[i];
     vehicle.episode = vehicle.start_episode = next_episode[i];
+    vehicle.transitions = steps_done[i];
     vehicle.environment = std::make_unique<Environment>(scene_);
     vehicle.observation.resize(static_cast<size_t>(observation_size_));
     StartEpisode(&vehicle);

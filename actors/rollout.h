@@ -29,9 +29,11 @@ class Rollout {
  public:
   explicit Rollout(std::shared_ptr<const Scene> scene);
 
-  /// Makes the set of vehicles exactly `vehicles` (ascending); new ones start with their `next_episode`, ones that stay
-  /// go on, the others are dropped with their open segments.
-  void Assign(const std::vector<int32_t>& vehicles, const std::vector<int32_t>& next_episode);
+  /// Makes the set of vehicles exactly `vehicles` (ascending); new ones start with their `next_episode` and count on
+  /// from the `steps_done` transitions that the learner has of them, ones that stay go on, the others are dropped with
+  /// their open segments.
+  void Assign(const std::vector<int32_t>& vehicles, const std::vector<int32_t>& next_episode,
+              const std::vector<int64_t>& steps_done);
 
   int num_vehicles() const { return static_cast<int>(vehicles_.size()); }
   int32_t vehicle(int index) const { return vehicles_[static_cast<size_t>(index)].id; }
@@ -44,7 +46,7 @@ class Rollout {
   std::vector<Segment> TakeSegments();
   std::vector<EpisodeResult> TakeEpisodes();
 
-  /// Transitions made so far by the vehicle with this index.
+  /// Transitions made since the run's start by the vehicle with this index, whichever process made them.
   int64_t transitions(int index) const { return vehicles_[static_cast<size_t>(index)].transitions; }
 
   int64_t env_steps() const { return env_steps_; }

@@ -15,8 +15,6 @@ using std::chrono::milliseconds;
 constexpr auto kMinControlGap = milliseconds(5);  // 200 Hz at most
 constexpr auto kReannounce = milliseconds(20);    // until acted on
 constexpr auto kIdleAnnounce = milliseconds(1000);
-constexpr auto kPolicyResendGap = milliseconds(10);  // several actors may ask for the same version at once
-constexpr size_t kKeptPolicies = 4;
 
 }  // namespace
 
@@ -25,8 +23,10 @@ Coordinator::Coordinator(Bus* bus, const Experiment& experiment, uint64_t experi
       experiment_(experiment),
       observation_size_(ObservationSize(experiment)),
       tables_(bus, experiment_hash),
-      fleet_(num_actors, experiment.num_vehicles, experiment_hash, observation_size_, GitRevision()) {
-  control_.incarnation = RandomId();
+      fleet_(num_actors, experiment.num_vehicles, experiment_hash, observation_size_, GitRevision()),
+      control_{.incarnation = RandomId()},
+      policies_(bus, control_.incarnation),
+      rounds_(experiment.num_vehicles) {
   control_.lockstep = experiment.schedule == Schedule::kLockstep;
   fleet_.set_incarnation(control_.incarnation);
 }
@@ -123,10 +123,7 @@ void Coordinator::OnStatus(const ActorStatus& status) {
   if (status.assignment < fleet_.Assignment(*actor).assignment) {
     bus_->Publish(Plane::kControl, kWelcomeChannel, fleet_.Assignment(*actor));
   }
-  const auto wanted = policies_.find(status.wanted_policy_version);
-  if (wanted != policies_.end() && now - policy_sent_at_[wanted->first] > kPolicyResendGap) {
-    SendPolicy(wanted->first, wanted->second);
-  }
+  policies_.Resend(status.wanted_policy_version, now);
 }
 
 void Coordinator::OnExperience(const Experience& experience) {
@@ -150,24 +147,13 @@ void Coordinator::OnExperience(const Experience& experience) {
   }
   AcceptEpisodes(*actor, experience);
   AcceptSegments(actor, experience);
-  if (control_.lockstep) UpdateRoundProgress();
   changed_.notify_all();
 }
 
 void Coordinator::AcceptSegments(ActorRecord* actor, const Experience& experience) {
   for (const Segment& segment : experience.segments) {
-    if (segment.table_hash != control_.table_hash || segment.policy_incarnation != control_.incarnation ||
-        !SoundForRound(segment)) {
-      ++counters_.refused;
-      log::Warning(
-          "actor {}: segment of vehicle {} refused: table {:016x}, policy {:016x} version {}; in force are "
-          "table {:016x}, policy {:016x} version {}, {} steps missing in the round",
-          actor->actor_id, segment.vehicle, segment.table_hash, segment.policy_incarnation, segment.policy_version,
-          control_.table_hash, control_.incarnation, control_.policy_version, round_steps_missing_);
-      continue;
-    }
-    switch (fleet_.Accept(*actor, segment)) {
-      case Fleet::Verdict::kAccepted:
+    switch (fleet_.Judge(*actor, segment)) {
+      case Fleet::Verdict::kSound:
         break;
       case Fleet::Verdict::kDuplicate:
         counters_.transitions_duplicate += segment.num_steps();
@@ -182,130 +168,81 @@ void Coordinator::AcceptSegments(ActorRecord* actor, const Experience& experienc
         ++counters_.refused;
         continue;
     }
+    if (segment.table_hash != control_.table_hash || segment.policy_incarnation != control_.incarnation) {
+      Refuse(*actor, segment);
+      continue;
+    }
+    if (!control_.lockstep) {
+      harvest_.segments.push_back(segment);
+    } else if (!rounds_.Add(segment, fleet_.vehicles()[static_cast<size_t>(segment.vehicle)].steps)) {
+      Refuse(*actor, segment);
+      continue;
+    }
+    fleet_.Accept(segment);
     actor->accepted += segment.num_steps();
     counters_.transitions_accepted += segment.num_steps();
-    counters_.policy_lag_sum += static_cast<double>(newest_version_ - segment.policy_version);
+    counters_.policy_lag_sum += static_cast<double>(control_.policy_version - segment.policy_version);
     ++counters_.policy_lag_count;
-    harvest_.segments.push_back(segment);
   }
 }
 
-bool Coordinator::SoundForRound(const Segment& segment) const {
-  if (!control_.lockstep) return true;
-  return segment.policy_version == control_.policy_version && round_steps_missing_ >= segment.num_steps();
-}
-
-void Coordinator::UpdateRoundProgress() {
-  int64_t missing = 0;
-  for (size_t v = 0; v < fleet_.vehicles().size(); ++v) {
-    const int extra = static_cast<int>(v) < control_.round_extra ? 1 : 0;
-    missing += std::max(0, control_.round_steps + extra - fleet_.vehicles()[v].round_steps);
-  }
-  round_steps_missing_ = missing;
+void Coordinator::Refuse(const ActorRecord& actor, const Segment& segment) {
+  ++counters_.refused;
+  log::Warning(
+      "actor {}: {} steps of vehicle {} refused: table {:016x}, policy {:016x} version {}; in force are table {:016x}, "
+      "policy {:016x} version {}, {} steps missing in the open rounds",
+      actor.actor_id, segment.num_steps(), segment.vehicle, segment.table_hash, segment.policy_incarnation,
+      segment.policy_version, control_.table_hash, control_.incarnation, control_.policy_version, rounds_.missing());
 }
 
 void Coordinator::AcceptEpisodes(const ActorRecord& actor, const Experience& experience) {
   for (const EpisodeResult& result : experience.episodes) {
-    if (result.set == StartSet::kTraining) {
+    if (result.set != StartSet::kTraining) {
+      const int64_t running = evaluations_.id();
+      counters_.eval_steps += evaluations_.Accept(result);
+      if (evaluations_.id() != running) AnnounceEvaluation();
+    } else if (result.vehicle >= 0 && result.vehicle < experiment_.num_vehicles) {
       if (result.outcome == Outcome::kDiverged) fleet_.CloseDiverged(actor, result);
-      harvest_.episodes.push_back(result);
-    } else {
-      AcceptEvaluation(result);
+      if (control_.lockstep) {
+        rounds_.Add(result, fleet_.vehicles()[static_cast<size_t>(result.vehicle)].steps);
+      } else {
+        harvest_.episodes.push_back(result);
+      }
     }
   }
-}
-
-void Coordinator::AcceptEvaluation(const EpisodeResult& result) {
-  if (evaluations_.empty() || result.episode != evaluations_.front().id) return;
-  PendingEvaluation& evaluation = evaluations_.front();
-  if (result.vehicle < 0 || result.vehicle >= static_cast<int32_t>(evaluation.results.size())) return;
-  auto& slot = evaluation.results[static_cast<size_t>(result.vehicle)];
-  if (slot) return;  // a replaced actor did it again
-  slot = result;
-  counters_.eval_steps += result.steps;
-  if (--evaluation.missing > 0) return;
-  EvaluationReport report{evaluation.request, {}};
-  for (const auto& r : evaluation.results) report.results.push_back(*r);
-  reports_.push_back(std::move(report));
-  evaluations_.pop_front();
-  NextEvaluation();
 }
 
 // --- what goes out ---------------------------------------------------------------------------------------------------
 
 void Coordinator::PublishPolicy(int64_t version, std::span<const float> parameters) {
   const std::lock_guard lock(mutex_);
-  newest_version_ = version;
-  if (!control_.lockstep) control_.policy_version = version;
+  control_.policy_version = version;
   KeepPolicy(version, parameters);
   dirty_ = true;
 }
 
 void Coordinator::KeepPolicy(int64_t version, std::span<const float> parameters) {
-  SharedParameters& slot = policies_[version];
-  if (!slot) {
-    slot = std::make_shared<std::vector<float>>(parameters.begin(), parameters.end());
-    SendPolicy(version, slot);
-  }
-  DropUnusedPolicies();
-}
-
-void Coordinator::DropUnusedPolicies() {
-  for (auto it = policies_.begin(); it != policies_.end() && policies_.size() > kKeptPolicies;) {
-    const int64_t version = it->first;
-    const bool evaluated = std::any_of(evaluations_.begin(), evaluations_.end(),
-                                       [version](const auto& e) { return e.request.version == version; });
-    if (evaluated || version == control_.policy_version || version == newest_version_) {
-      ++it;
-    } else {
-      policy_sent_at_.erase(version);
-      it = policies_.erase(it);
-    }
-  }
-}
-
-void Coordinator::SendPolicy(int64_t version, const SharedParameters& parameters) {
-  const auto chunk = static_cast<size_t>((MaxMessageBytes(experiment_.transport.ttl) - 128) / 4);
-  PolicyChunk message;
-  message.incarnation = control_.incarnation;
-  message.version = version;
-  message.parameters_crc = Crc32c(parameters->data(), parameters->size() * sizeof(float));
-  message.total = static_cast<int32_t>(parameters->size());
-  for (size_t at = 0; at < parameters->size(); at += chunk) {
-    const size_t end = std::min(at + chunk, parameters->size());
-    message.offset = static_cast<int32_t>(at);
-    message.parameters.assign(parameters->begin() + static_cast<std::ptrdiff_t>(at),
-                              parameters->begin() + static_cast<std::ptrdiff_t>(end));
-    bus_->Publish(Plane::kControl, kPolicyChannel, message);
-  }
-  policy_sent_at_[version] = Clock::now();
+  policies_.Add(version, parameters);
+  policies_.DropUnused([this](int64_t v) {
+    return v == control_.policy_version || evaluations_.Uses(v) ||
+           std::any_of(control_.rounds.begin(), control_.rounds.end(),
+                       [v](const Control::Round& r) { return r.policy_version == v; });
+  });
 }
 
 void Coordinator::GrantRound(int steps, int extra, bool warm_up) {
   const std::lock_guard lock(mutex_);
-  ++control_.round;
-  control_.round_steps = steps;
-  control_.round_extra = extra;
-  control_.warm_up = warm_up;
-  control_.policy_version = newest_version_;
-  fleet_.set_round(control_.round);
-  fleet_.StartRound();
-  UpdateRoundProgress();
+  rounds_.Grant(steps, extra, control_.policy_version, warm_up);
+  control_.rounds = rounds_.granted();
   SendControl(Clock::now());
 }
 
 std::optional<Harvest> Coordinator::WaitRound() {
-  Harvest round;
-  {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return stopped_ || round_steps_missing_ == 0; });
-    if (stopped_) return std::nullopt;
-    std::swap(round, harvest_);
-  }
-  // What one vehicle makes arrives in order; only the interleaving of vehicles depends on timing.
-  const auto by_vehicle = [](const auto& a, const auto& b) { return a.vehicle < b.vehicle; };
-  std::stable_sort(round.segments.begin(), round.segments.end(), by_vehicle);
-  std::stable_sort(round.episodes.begin(), round.episodes.end(), by_vehicle);
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return stopped_ || rounds_.front_complete(); });
+  if (stopped_) return std::nullopt;
+  Harvest round = rounds_.TakeFront();
+  control_.rounds = rounds_.granted();
   return round;
 }
 
@@ -342,35 +279,24 @@ Harvest Coordinator::Take(Duration timeout) {
 
 void Coordinator::Evaluate(const EvaluationRequest& request, std::span<const float> parameters) {
   const std::lock_guard lock(mutex_);
-  PendingEvaluation evaluation;
-  evaluation.request = request;
-  evaluations_.push_back(std::move(evaluation));
+  evaluations_.Add(request);
   KeepPolicy(request.version, parameters);
-  if (evaluations_.size() == 1) NextEvaluation();
+  AnnounceEvaluation();
 }
 
-// Starts the front of the queue: a fresh id, all results missing, contiguous shares over the actors.
-void Coordinator::NextEvaluation() {
-  control_.evaluation_id = 0;
+void Coordinator::AnnounceEvaluation() {
+  control_.evaluation_id = evaluations_.id();
   if (!evaluations_.empty()) {
-    PendingEvaluation& evaluation = evaluations_.front();
-    evaluation.id = next_evaluation_id_++;
-    evaluation.missing = evaluation.request.num_starts;
-    evaluation.results.assign(static_cast<size_t>(evaluation.missing), std::nullopt);
-    control_.evaluation_id = evaluation.id;
-    control_.evaluation_version = evaluation.request.version;
-    control_.evaluation_set = evaluation.request.set;
+    control_.evaluation_version = evaluations_.running().version;
+    control_.evaluation_set = evaluations_.running().set;
   }
-  dirty_ = true;
   SendControl(Clock::now());
 }
 
 std::vector<EvaluationReport> Coordinator::TakeEvaluations(bool wait) {
   std::unique_lock lock(mutex_);
   if (wait) changed_.wait(lock, [this] { return stopped_ || evaluations_.empty(); });
-  std::vector<EvaluationReport> taken;
-  taken.swap(reports_);
-  return taken;
+  return evaluations_.TakeReports();
 }
 
 // An actor that was silent for longer than the limit loses its vehicles to the others; the last one stays, since
@@ -386,14 +312,15 @@ void Coordinator::GiveUpSilentActors(TimePoint now) {
     for (const int64_t session : fleet_.Reassign(id)) {
       bus_->Publish(Plane::kControl, kWelcomeChannel, fleet_.Assignment(*fleet_.Find(session)));
     }
-    if (!evaluations_.empty()) NextEvaluation();
+    evaluations_.Restart();
+    AnnounceEvaluation();
     return;  // the map has changed; the next silent one is found 5 ms later
   }
 }
 
 bool Coordinator::WaitingForActors() const {
   if (control_.phase != Control::Phase::kRunning) return false;
-  return !evaluations_.empty() || !control_.lockstep || round_steps_missing_ > 0;
+  return !evaluations_.empty() || !control_.lockstep || rounds_.missing() > 0;
 }
 
 void Coordinator::AnnounceIfDue(TimePoint now) {
@@ -405,15 +332,13 @@ void Coordinator::AnnounceIfDue(TimePoint now) {
 }
 
 void Coordinator::SendControl(TimePoint now) {
-  control_.utime = 0;
+  ++control_.number;
   control_.actors.clear();
   const auto n = static_cast<int>(fleet_.actors().size());
-  const int starts = evaluations_.empty() ? 0 : evaluations_.front().request.num_starts;
   const int64_t window = bus_->receive_buffer_bytes() / 2 / std::max(1, n);
   int rank = 0;
   for (const auto& [id, actor] : fleet_.actors()) {
-    const int first = starts * rank / n;
-    const int end = starts * (rank + 1) / n;
+    const auto [first, end] = evaluations_.Share(rank, n);
     control_.actors.push_back(
         {id, actor.session, actor.stream.received(), 0, actor.credit, window, actor.echo_utime, first, end - first});
     ++rank;

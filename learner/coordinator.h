@@ -2,9 +2,6 @@
 
 #include <condition_variable>
 #include <cstdint>
-#include <deque>
-#include <map>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -15,29 +12,14 @@
 #include "common/bus/bus.h"
 #include "common/bus/table_client.h"
 #include "common/config/experiment.h"
+#include "learner/evaluation_queue.h"
+#include "learner/evaluator.h"
 #include "learner/fleet.h"
+#include "learner/harvest.h"
+#include "learner/open_rounds.h"
+#include "learner/policy_outbox.h"
 
 namespace cairn::learner {
-
-/// A check of one policy version on one start set.
-struct EvaluationRequest {
-  int64_t version = 0;
-  StartSet set = StartSet::kConsumption;
-  int num_starts = 0;
-  int64_t env_steps = 0;  ///< when the evaluated version was published
-  int64_t tag = 0;        ///< the caller's: number of the check
-};
-
-struct EvaluationReport {
-  EvaluationRequest request;
-  std::vector<EpisodeResult> results;  ///< by start index
-};
-
-/// What the actors made since it was last asked for.
-struct Harvest {
-  std::vector<Segment> segments;
-  std::vector<EpisodeResult> episodes;  ///< finished training episodes
-};
 
 /// What the stream and the books have seen.
 struct CoordinatorCounters {
@@ -56,10 +38,10 @@ struct CoordinatorCounters {
 /// The learner's side of the conversation: a thread that receives hellos, statuses and experience, keeps the books
 /// (Fleet), and announces rounds, credit, acknowledgements and evaluations in one aggregated control frame. The update
 /// thread calls the public functions; all of them are thread-safe.
-class Coordinator {
+class Coordinator final : public Evaluator {
  public:
   Coordinator(Bus* bus, const Experiment& experiment, uint64_t experiment_hash, int num_actors);
-  ~Coordinator();
+  ~Coordinator() override;
   Coordinator(const Coordinator&) = delete;
   Coordinator& operator=(const Coordinator&) = delete;
 
@@ -72,7 +54,7 @@ class Coordinator {
   /// Ends waiting functions; they return false or nothing.
   void Stop();
 
-  bool stopped() const;
+  bool stopped() const override;
 
   /// Announces the end of the run to the actors (several times) and stops the thread.
   void Finish();
@@ -81,11 +63,12 @@ class Coordinator {
   /// LOCKSTEP ones from the next granted round on.
   void PublishPolicy(int64_t version, std::span<const float> parameters);
 
-  /// LOCKSTEP: every vehicle makes `steps` steps with the newest published policy, the first `extra` vehicles one more.
+  /// LOCKSTEP: every vehicle makes `steps` more steps with the newest published policy, the first `extra` vehicles one
+  /// more. Rounds that are granted before the one before them is complete let no actor wait for another.
   void GrantRound(int steps, int extra, bool warm_up);
 
-  /// LOCKSTEP: the granted round when it is complete, ordered by (vehicle, step), so that it does not depend on timing
-  /// or on the number of actors. Nullopt when stopped.
+  /// LOCKSTEP: the oldest granted round when it is complete, ordered by (vehicle, step), so that it does not depend on
+  /// timing or on the number of actors. Nullopt when stopped.
   std::optional<Harvest> WaitRound();
 
   /// ASYNC: total transitions that may be made so far; never lower than before.
@@ -94,24 +77,13 @@ class Coordinator {
   /// ASYNC: what has come in since the last call, in order of arrival; waits up to `timeout` for something.
   Harvest Take(Duration timeout);
 
-  /// Queues an evaluation of the policy with these parameters, which need not be the newest.
-  void Evaluate(const EvaluationRequest& request, std::span<const float> parameters);
-
-  /// Finished evaluations in the order of their requests; with `wait`, blocks until the queue is empty or Stop.
-  std::vector<EvaluationReport> TakeEvaluations(bool wait);
+  void Evaluate(const EvaluationRequest& request, std::span<const float> parameters) override;
+  std::vector<EvaluationReport> TakeEvaluations(bool wait) override;
 
   CoordinatorCounters counters() const;
   TableInfo table_info() const;
 
  private:
-  struct PendingEvaluation {
-    int64_t id = 0;
-    EvaluationRequest request;
-    std::vector<std::optional<EpisodeResult>> results;
-    int missing = 0;
-  };
-  using SharedParameters = std::shared_ptr<const std::vector<float>>;
-
   void Run(const std::stop_token& stop);
   void OnHello(const Hello& hello);
   void OnStatus(const ActorStatus& status);
@@ -119,16 +91,12 @@ class Coordinator {
   // The functions below expect mutex_ to be held.
   void AcceptSegments(ActorRecord* actor, const Experience& experience);
   void AcceptEpisodes(const ActorRecord& actor, const Experience& experience);
-  void AcceptEvaluation(const EpisodeResult& result);
-  bool SoundForRound(const Segment& segment) const;
-  void UpdateRoundProgress();
+  void Refuse(const ActorRecord& actor, const Segment& segment);
+  void AnnounceEvaluation();
   void DistributeCredit();
   void GiveUpSilentActors(TimePoint now);
-  void NextEvaluation();
-  void DropUnusedPolicies();
-  void SendControl(TimePoint now);
   void KeepPolicy(int64_t version, std::span<const float> parameters);
-  void SendPolicy(int64_t version, const SharedParameters& parameters);
+  void SendControl(TimePoint now);
   void AnnounceIfDue(TimePoint now);
   bool WaitingForActors() const;
 
@@ -143,14 +111,10 @@ class Coordinator {
   Control control_;
   CoordinatorCounters counters_;
   TableInfo table_info_;
-  int64_t newest_version_ = 0;
-  std::map<int64_t, SharedParameters> policies_;
-  std::map<int64_t, TimePoint> policy_sent_at_;
-  Harvest harvest_;
-  std::deque<PendingEvaluation> evaluations_;
-  std::vector<EvaluationReport> reports_;
-  int64_t next_evaluation_id_ = 1;
-  int64_t round_steps_missing_ = 0;
+  PolicyOutbox policies_;
+  OpenRounds rounds_;
+  Harvest harvest_;  // ASYNC: not taken yet
+  EvaluationQueue evaluations_;
   int64_t allowed_ = 0;
   int64_t retired_accepted_ = 0;  // transitions of sessions that are gone
   bool stopped_ = false;

@@ -2,18 +2,18 @@
 
 namespace cairn::learner {
 
-EvaluationSchedule::EvaluationSchedule(const EvaluationConfig& config, Coordinator* coordinator,
+EvaluationSchedule::EvaluationSchedule(const EvaluationConfig& config, Evaluator* evaluator,
                                        std::function<double()> run_seconds,
                                        std::function<void(const EvaluationReport&, const EvaluationSummary&)> on_report)
     : config_(config),
-      coordinator_(coordinator),
+      evaluator_(evaluator),
       run_seconds_(std::move(run_seconds)),
       on_report_(std::move(on_report)),
       next_check_(config.interval_env_steps) {}
 
 void EvaluationSchedule::Ask(StartSet set, int starts, const PolicySnapshot& policy, int64_t tag) {
   pending_.insert_or_assign(policy.version, policy);
-  coordinator_->Evaluate({policy.version, set, starts, policy.env_steps, tag}, policy.parameters);
+  evaluator_->Evaluate({policy.version, set, starts, policy.env_steps, tag}, policy.parameters);
 }
 
 void EvaluationSchedule::Visit(int64_t env_steps, int64_t version, std::span<const float> parameters) {
@@ -25,7 +25,7 @@ void EvaluationSchedule::Visit(int64_t env_steps, int64_t version, std::span<con
 }
 
 void EvaluationSchedule::Receive(bool wait) {
-  for (const EvaluationReport& report : coordinator_->TakeEvaluations(wait)) {
+  for (const EvaluationReport& report : evaluator_->TakeEvaluations(wait)) {
     const EvaluationSummary summary = Summarise(report.results);
     if (report.request.set == StartSet::kConsumption) OnConsumption(report, summary);
     if (report.request.set == StartSet::kValidation) OnValidation(report, summary);
@@ -68,15 +68,14 @@ void EvaluationSchedule::OnValidation(const EvaluationReport& report, const Eval
 std::optional<EvaluationSummary> EvaluationSchedule::Test(const PolicySnapshot& last) {
   do {
     Receive(true);
-  } while (!pending_.empty() && !coordinator_->stopped());
-  if (!coordinator_->stopped() && best_ && best_->version != last.version) {
+  } while (!pending_.empty() && !evaluator_->stopped());
+  if (!evaluator_->stopped() && best_ && best_->version != last.version) {
     Ask(StartSet::kValidation, config_.validation_starts, last, num_checks_);
     Receive(true);
   }
-  if (coordinator_->stopped()) return std::nullopt;
+  if (evaluator_->stopped()) return std::nullopt;
   const PolicySnapshot& tested = best_ ? *best_ : last;
-  coordinator_->Evaluate({tested.version, StartSet::kTest, config_.test_starts, tested.env_steps, 0},
-                         tested.parameters);
+  evaluator_->Evaluate({tested.version, StartSet::kTest, config_.test_starts, tested.env_steps, 0}, tested.parameters);
   Receive(true);
   return test_;
 }

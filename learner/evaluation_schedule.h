@@ -10,7 +10,7 @@
 
 #include "common/config/experiment.h"
 #include "common/rl/summary.h"
-#include "learner/coordinator.h"
+#include "learner/evaluator.h"
 
 namespace cairn::learner {
 
@@ -27,7 +27,7 @@ struct PolicySnapshot {
 class EvaluationSchedule {
  public:
   /// `run_seconds` gives the wall time since launch [s]. `on_report` hears of every finished evaluation.
-  EvaluationSchedule(const EvaluationConfig& config, Coordinator* coordinator, std::function<double()> run_seconds,
+  EvaluationSchedule(const EvaluationConfig& config, Evaluator* evaluator, std::function<double()> run_seconds,
                      std::function<void(const EvaluationReport&, const EvaluationSummary&)> on_report);
 
   /// To be called after each training phase with the policy just published; asks for a check when one is due.
@@ -37,7 +37,7 @@ class EvaluationSchedule {
   void Receive(bool wait);
 
   /// Validates the last policy when any policy was validated, then tests the best (or else the last) one; blocks.
-  /// Returns nullopt when the coordinator was stopped.
+  /// Returns nullopt when the run was stopped.
   std::optional<EvaluationSummary> Test(const PolicySnapshot& last);
 
   int64_t consumption_env_steps() const { return consumption_env_steps_; }  ///< −1: not reached
@@ -54,7 +54,7 @@ class EvaluationSchedule {
   void OnValidation(const EvaluationReport& report, const EvaluationSummary& summary);
 
   const EvaluationConfig config_;
-  Coordinator* coordinator_;
+  Evaluator* evaluator_;
   std::function<double()> run_seconds_;
   std::function<void(const EvaluationReport&, const EvaluationSummary&)> on_report_;
   std::map<int64_t, PolicySnapshot> pending_;  // by version

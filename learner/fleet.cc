@@ -103,19 +103,18 @@ Welcome Fleet::Assignment(const ActorRecord& actor) const {
   welcome.incarnation = incarnation_;
   welcome.session = actor.session;
   welcome.assignment = actor.assignment;
-  welcome.round = round_;
   for (size_t v = 0; v < vehicles_.size(); ++v) {
     if (vehicles_[v].owner != actor.actor_id) continue;
     welcome.vehicle.push_back(static_cast<int32_t>(v));
     welcome.next_episode.push_back(vehicles_[v].next_episode);
-    welcome.round_steps_done.push_back(vehicles_[v].round_steps);
+    welcome.steps_done.push_back(vehicles_[v].steps);
   }
   return welcome;
 }
 
-Fleet::Verdict Fleet::Accept(const ActorRecord& actor, const Segment& segment) {
+Fleet::Verdict Fleet::Judge(const ActorRecord& actor, const Segment& segment) const {
   if (segment.vehicle < 0 || segment.vehicle >= static_cast<int32_t>(vehicles_.size())) return Verdict::kForeign;
-  VehicleRecord& vehicle = vehicles_[static_cast<size_t>(segment.vehicle)];
+  const VehicleRecord& vehicle = vehicles_[static_cast<size_t>(segment.vehicle)];
   if (vehicle.owner != actor.actor_id) return Verdict::kForeign;
   if (segment.episode < vehicle.episode) return Verdict::kDuplicate;
   if (segment.episode == vehicle.episode) {
@@ -128,12 +127,16 @@ Fleet::Verdict Fleet::Accept(const ActorRecord& actor, const Segment& segment) {
   if (!AllFinite(segment.observations) || !AllFinite(segment.actions) || !AllFinite(segment.rewards)) {
     return Verdict::kNotFinite;
   }
+  return Verdict::kSound;
+}
+
+void Fleet::Accept(const Segment& segment) {
+  VehicleRecord& vehicle = vehicles_[static_cast<size_t>(segment.vehicle)];
   vehicle.episode = segment.episode;
   vehicle.next_episode = segment.episode + 1;
   vehicle.next_step = segment.first_step + segment.num_steps();
   vehicle.open = segment.end == SegmentEnd::kNone || segment.end == SegmentEnd::kCut;
-  vehicle.round_steps += segment.num_steps();
-  return Verdict::kAccepted;
+  vehicle.steps += segment.num_steps();
 }
 
 void Fleet::CloseDiverged(const ActorRecord& actor, const EpisodeResult& episode) {

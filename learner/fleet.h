@@ -34,7 +34,7 @@ struct VehicleRecord {
   int32_t next_step = 0;     ///< step that continues it
   bool open = false;         ///< the episode goes on
   int32_t diverged = -1;     ///< newest episode reported as ended by a non-finite state, which sends no last segment
-  int32_t round_steps = 0;   ///< steps accepted of the current round
+  int64_t steps = 0;         ///< transitions accepted since the run's start
 };
 
 /// Who takes part, who rolls out which vehicle, and the accounting of every transition by content: nothing twice,
@@ -51,9 +51,12 @@ class Fleet {
   ActorRecord* Find(int64_t session);
 
   /// Whether the segment continues its vehicle's trajectory exactly, comes from the vehicle's owner and has sane
-  /// numbers; takes it into the books if so.
-  enum class Verdict { kAccepted, kForeign, kDuplicate, kGap, kNotFinite };
-  Verdict Accept(const ActorRecord& actor, const Segment& segment);
+  /// numbers.
+  enum class Verdict { kSound, kForeign, kDuplicate, kGap, kNotFinite };
+  Verdict Judge(const ActorRecord& actor, const Segment& segment) const;
+
+  /// Takes a sound segment into the books.
+  void Accept(const Segment& segment);
 
   /// A diverged episode is over though its last segment said that it goes on.
   void CloseDiverged(const ActorRecord& actor, const EpisodeResult& episode);
@@ -64,10 +67,6 @@ class Fleet {
   /// The current assignment of a session, as sent to it.
   Welcome Assignment(const ActorRecord& actor) const;
 
-  void StartRound() {
-    for (VehicleRecord& v : vehicles_) v.round_steps = 0;
-  }
-
   const std::map<int32_t, ActorRecord>& actors() const { return actors_; }
   std::map<int32_t, ActorRecord>& actors() { return actors_; }
   const std::vector<VehicleRecord>& vehicles() const { return vehicles_; }
@@ -76,7 +75,6 @@ class Fleet {
   /// True once an actor was replaced or its vehicles were moved: the run is no longer reproducible.
   bool disturbed() const { return disturbed_; }
 
-  void set_round(int64_t round) { round_ = round; }
   void set_incarnation(int64_t incarnation) { incarnation_ = incarnation; }
   /// Called when the first data or grant is out: a join after that is a disturbance.
   void set_started() { started_ = true; }
@@ -90,7 +88,6 @@ class Fleet {
   int observation_size_;
   std::string git_revision_;
   int64_t incarnation_ = 0;
-  int64_t round_ = 0;
   int64_t assignment_ = 0;
   bool started_ = false;
   bool disturbed_ = false;

@@ -46,18 +46,18 @@ void Learner::Run() {
   FinishRun();
 }
 
-// Receive, gate, sample and update, publish, evaluate. With overlap the next round is granted before training on this
-// one, so it rolls out with the policy trained through the round before; without, after training.
+// Receive, sample and update, publish, grant, evaluate. With overlap two rounds are open: round r + 1 rolls out, with
+// the policy trained through round r − 1, while this thread trains on round r. Without, one is.
 void Learner::RunLockstep() {
   GrantNextRound();
+  if (experiment_.lockstep.overlap) GrantNextRound();
   while (env_steps_ < experiment_.total_env_steps) {
     const std::optional<Harvest> round = coordinator_.WaitRound();
     if (!round) return;
-    if (experiment_.lockstep.overlap) GrantNextRound();
     Insert(*round);
     Train(kNoLimit);
     Publish();
-    if (!experiment_.lockstep.overlap) GrantNextRound();
+    GrantNextRound();
     evaluation_.Visit(env_steps_, updates_, algorithm_->policy_parameters());
     report_.Visit(Counters("training"), algorithm_.get());
   }

@@ -14,7 +14,7 @@ namespace cairn {
 // int64_t on the wire (LCM has no unsigned types).
 
 /// Version of the wire protocol; changes when a type or a rule of docs/messages.md does.
-constexpr int32_t kProtocolVersion = 1;
+constexpr int32_t kProtocolVersion = 2;
 
 struct Echo {
   int64_t nonce = 0;
@@ -38,11 +38,10 @@ struct Welcome {
   int64_t incarnation = 0;
   int64_t session = 0;
   int64_t assignment = 0;
-  int64_t round = 0;
   Status status = Status::kAccepted;
   std::vector<int32_t> vehicle;
   std::vector<int32_t> next_episode;
-  std::vector<int32_t> round_steps_done;
+  std::vector<int64_t> steps_done;
   std::string reason;
 };
 
@@ -81,17 +80,26 @@ struct Control {
     int32_t evaluation_first = 0;
     int32_t evaluation_count = 0;
   };
+  struct Round {
+    int64_t round = 0;
+    int64_t vehicle_steps = 0;
+    int32_t extra = 0;
+    int64_t policy_version = 0;
+    bool warm_up = false;
+
+    /// Transitions that a vehicle has made since the run's start when this round is complete.
+    int64_t Target(int32_t vehicle) const { return vehicle_steps + (vehicle < extra ? 1 : 0); }
+  };
   int64_t utime = 0;
   int64_t incarnation = 0;
+  int64_t number = 0;
   uint64_t roadmap_hash = 0;
   uint64_t table_hash = 0;
   Phase phase = Phase::kStarting;
   bool lockstep = true;
   bool warm_up = false;
-  int64_t round = 0;
-  int32_t round_steps = 0;
-  int32_t round_extra = 0;
   int64_t policy_version = 0;
+  std::vector<Round> rounds;
   int64_t evaluation_id = 0;
   int64_t evaluation_version = 0;
   StartSet evaluation_set = StartSet::kTraining;

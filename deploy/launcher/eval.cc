@@ -149,6 +149,7 @@ int Eval(const EvalOptions& options) {
   const int trials = options.trials > 0 ? options.trials : experiment.evaluation.test_starts;
   actors::EvaluationOptions evaluation;
   evaluation.policy_version = driver.policy_version;
+  evaluation.evaluation = actors::EvaluationOptions::KeyOf(driver.policy_version);
   evaluation.max_batch = kMaxBatch;
   std::vector<actors::Trajectory> trajectories;
   const std::vector<EpisodeResult> results =

@@ -70,6 +70,9 @@ class FakeActor {
     });
   }
 
+  /// The oldest open round; number 0 when there is none.
+  Control::Round round() const { return control && !control->rounds.empty() ? control->rounds[0] : Control::Round{}; }
+
   const Control::Actor* me() const {
     if (!control) return nullptr;
     for (const Control::Actor& a : control->actors) {
@@ -87,7 +90,7 @@ class FakeActor {
     s.end = SegmentEnd::kTruncated;
     s.table_hash = control->table_hash;
     s.policy_incarnation = control->incarnation;
-    s.policy_version = control->policy_version;
+    s.policy_version = control->rounds.empty() ? control->policy_version : control->rounds[0].policy_version;
     s.observations.assign(static_cast<size_t>(steps + 1) * observation, static_cast<float>(vehicle));
     s.actions.assign(static_cast<size_t>(steps) * kActionSize, 0.0f);
     s.rewards.assign(static_cast<size_t>(steps), static_cast<float>(episode));
@@ -158,8 +161,8 @@ TEST_F(CoordinatorTest, LockstepRoundIsOrderedByVehicleWhateverTheOrderOfArrival
   coordinator_->PublishPolicy(7, policy_);
   coordinator_->GrantRound(3, 1, false);
   for (auto& actor : actors_) {
-    ASSERT_TRUE(actor->UntilControl([&] { return actor->control->round == 1; }));
-    EXPECT_EQ(actor->control->policy_version, 7);
+    ASSERT_TRUE(actor->UntilControl([&] { return actor->round().round == 1; }));
+    EXPECT_EQ(actor->round().policy_version, 7);
   }
   actors_[1]->Send({actors_[1]->Make(3, 0, 3), actors_[1]->Make(2, 0, 3)}, 1);
   actors_[0]->Send({actors_[0]->Make(0, 0, 4)}, 1);
@@ -179,16 +182,51 @@ TEST_F(CoordinatorTest, APolicyPublishedDuringARoundCountsFromTheNextRoundOn) {
   coordinator_->PublishPolicy(1, policy_);
   coordinator_->GrantRound(1, 0, false);
   coordinator_->PublishPolicy(2, policy_);
-  ASSERT_TRUE(actor.UntilControl([&] { return actor.control->round == 1; }));
+  ASSERT_TRUE(actor.UntilControl([&] { return actor.round().round == 1; }));
   // Several announcements later the round still has its version.
-  const int64_t first = actor.control->utime;
-  ASSERT_TRUE(actor.UntilControl([&] { return actor.control->utime > first + 40000; }));
-  EXPECT_EQ(actor.control->policy_version, 1);
+  const int64_t first = actor.control->number;
+  ASSERT_TRUE(actor.UntilControl([&] { return actor.control->number > first + 2; }));
+  EXPECT_EQ(actor.round().policy_version, 1);
   actor.Send({actor.Make(0, 0, 1), actor.Make(1, 0, 1), actor.Make(2, 0, 1), actor.Make(3, 0, 1)}, 1);
   ASSERT_TRUE(coordinator_->WaitRound());
   coordinator_->GrantRound(1, 0, false);
-  ASSERT_TRUE(actor.UntilControl([&] { return actor.control->round == 2; }));
-  EXPECT_EQ(actor.control->policy_version, 2);
+  ASSERT_TRUE(actor.UntilControl([&] { return actor.round().round == 2; }));
+  EXPECT_EQ(actor.round().policy_version, 2);
+}
+
+TEST_F(CoordinatorTest, AnActorThatIsAheadFillsTheNextRoundWhileAnotherStillMakesThisOne) {
+  Start(Schedule::kLockstep, 2);
+  coordinator_->PublishPolicy(1, policy_);
+  coordinator_->GrantRound(2, 0, false);
+  coordinator_->PublishPolicy(2, policy_);
+  coordinator_->GrantRound(3, 0, false);
+  FakeActor& fast = *actors_[0];
+  FakeActor& slow = *actors_[1];
+  for (auto& actor : actors_) {
+    ASSERT_TRUE(actor->UntilControl([&] { return actor->control->rounds.size() == 2; }));
+  }
+  const auto of_second = [&](Segment s) {
+    s.policy_version = 2;
+    return s;
+  };
+  EpisodeResult episode;
+  episode.vehicle = 1;
+  episode.episode = 1;
+  fast.Send({fast.Make(0, 0, 2), fast.Make(1, 0, 2)}, 1);
+  fast.Send({of_second(fast.Make(0, 1, 3)), of_second(fast.Make(1, 1, 3))}, 2, {episode});
+  ASSERT_TRUE(fast.Until([&] { return fast.me() && fast.me()->received == 2; }));
+  slow.Send({slow.Make(2, 0, 2), slow.Make(3, 0, 2)}, 1);
+  const auto first = coordinator_->WaitRound();
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->segments.size(), 4u);
+  for (const Segment& s : first->segments) EXPECT_EQ(s.policy_version, 1);
+  EXPECT_TRUE(first->episodes.empty()) << "its segment belongs to the second round";
+  slow.Send({of_second(slow.Make(2, 1, 3)), of_second(slow.Make(3, 1, 3))}, 2);
+  const auto second = coordinator_->WaitRound();
+  ASSERT_TRUE(second);
+  EXPECT_EQ(second->segments.size(), 4u);
+  EXPECT_EQ(second->episodes.size(), 1u);
+  EXPECT_EQ(coordinator_->counters().refused, 0);
 }
 
 TEST_F(CoordinatorTest, ResentMessagesAndGapsInTheSequenceAreNotAccepted) {
@@ -196,7 +234,7 @@ TEST_F(CoordinatorTest, ResentMessagesAndGapsInTheSequenceAreNotAccepted) {
   FakeActor& actor = *actors_[0];
   coordinator_->PublishPolicy(0, policy_);
   coordinator_->GrantRound(2, 0, false);
-  ASSERT_TRUE(actor.UntilControl([&] { return actor.control->round == 1; }));
+  ASSERT_TRUE(actor.UntilControl([&] { return actor.round().round == 1; }));
   const std::vector<Segment> first{actor.Make(0, 0, 2), actor.Make(1, 0, 2)};
   const std::vector<Segment> second{actor.Make(2, 0, 2), actor.Make(3, 0, 2)};
   actor.Send(second, 2);  // overtook: not accepted before 1
@@ -296,7 +334,7 @@ TEST_F(CoordinatorTest, SegmentsOfAnotherTableOrPolicyAreRefused) {
   FakeActor& actor = *actors_[0];
   coordinator_->PublishPolicy(0, policy_);
   coordinator_->GrantRound(1, 0, false);
-  ASSERT_TRUE(actor.UntilControl([&] { return actor.control->round == 1; }));
+  ASSERT_TRUE(actor.UntilControl([&] { return actor.round().round == 1; }));
   Segment wrong_table = actor.Make(0, 0, 1);
   wrong_table.table_hash = 77;
   Segment wrong_policy = actor.Make(0, 0, 1);

@@ -38,6 +38,13 @@ Segment MakeSegment(int vehicle, int episode, int first_step, int steps, Segment
   return s;
 }
 
+// What the coordinator does with a segment.
+Fleet::Verdict Take(Fleet* fleet, const ActorRecord& actor, const Segment& segment) {
+  const Fleet::Verdict verdict = fleet->Judge(actor, segment);
+  if (verdict == Fleet::Verdict::kSound) fleet->Accept(segment);
+  return verdict;
+}
+
 const TimePoint kNow{std::chrono::hours(1)};
 
 TEST(FleetTest, SplitsVehiclesContiguouslyOverTheActors) {
@@ -109,46 +116,46 @@ TEST(FleetTest, AcceptsTransitionsExactlyOnceAndInOrder) {
   fleet.Join(MakeHello(0, 10), kNow);
   const ActorRecord& actor = *fleet.Find(10);
   using Verdict = Fleet::Verdict;
-  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 0, 0, 4)), Verdict::kAccepted);
-  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 0, 0, 4)), Verdict::kDuplicate);
-  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 0, 6, 1)), Verdict::kGap);
-  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 1, 0, 1)), Verdict::kGap) << "episode 0 goes on";
-  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 0, 4, 2, SegmentEnd::kTerminated)), Verdict::kAccepted);
-  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 0, 6, 1)), Verdict::kGap) << "episode 0 is over";
-  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 2, 0, 1)), Verdict::kGap) << "episode 1 is missing";
-  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 1, 0, 1)), Verdict::kAccepted);
-  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 0, 4, 2)), Verdict::kDuplicate);
-  EXPECT_EQ(fleet.vehicles()[0].round_steps, 7);
+  EXPECT_EQ(Take(&fleet, actor, MakeSegment(0, 0, 0, 4)), Verdict::kSound);
+  EXPECT_EQ(Take(&fleet, actor, MakeSegment(0, 0, 0, 4)), Verdict::kDuplicate);
+  EXPECT_EQ(Take(&fleet, actor, MakeSegment(0, 0, 6, 1)), Verdict::kGap);
+  EXPECT_EQ(Take(&fleet, actor, MakeSegment(0, 1, 0, 1)), Verdict::kGap) << "episode 0 goes on";
+  EXPECT_EQ(Take(&fleet, actor, MakeSegment(0, 0, 4, 2, SegmentEnd::kTerminated)), Verdict::kSound);
+  EXPECT_EQ(Take(&fleet, actor, MakeSegment(0, 0, 6, 1)), Verdict::kGap) << "episode 0 is over";
+  EXPECT_EQ(Take(&fleet, actor, MakeSegment(0, 2, 0, 1)), Verdict::kGap) << "episode 1 is missing";
+  EXPECT_EQ(Take(&fleet, actor, MakeSegment(0, 1, 0, 1)), Verdict::kSound);
+  EXPECT_EQ(Take(&fleet, actor, MakeSegment(0, 0, 4, 2)), Verdict::kDuplicate);
+  EXPECT_EQ(fleet.vehicles()[0].steps, 7);
 }
 
 TEST(FleetTest, RefusesForeignVehiclesAndNonFiniteNumbers) {
   Fleet fleet = MakeFleet();
   fleet.Join(MakeHello(0, 10), kNow);
   const ActorRecord& actor = *fleet.Find(10);
-  EXPECT_EQ(fleet.Accept(actor, MakeSegment(4, 0, 0, 1)), Fleet::Verdict::kForeign);
-  EXPECT_EQ(fleet.Accept(actor, MakeSegment(-1, 0, 0, 1)), Fleet::Verdict::kForeign);
-  EXPECT_EQ(fleet.Accept(actor, MakeSegment(99, 0, 0, 1)), Fleet::Verdict::kForeign);
+  EXPECT_EQ(Take(&fleet, actor, MakeSegment(4, 0, 0, 1)), Fleet::Verdict::kForeign);
+  EXPECT_EQ(Take(&fleet, actor, MakeSegment(-1, 0, 0, 1)), Fleet::Verdict::kForeign);
+  EXPECT_EQ(Take(&fleet, actor, MakeSegment(99, 0, 0, 1)), Fleet::Verdict::kForeign);
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     Segment s = MakeSegment(0, 0, 0, 2);
     s.observations[8] = bad;
-    EXPECT_EQ(fleet.Accept(actor, s), Fleet::Verdict::kNotFinite);
+    EXPECT_EQ(Take(&fleet, actor, s), Fleet::Verdict::kNotFinite);
     s = MakeSegment(0, 0, 0, 2);
     s.rewards[1] = bad;
-    EXPECT_EQ(fleet.Accept(actor, s), Fleet::Verdict::kNotFinite);
+    EXPECT_EQ(Take(&fleet, actor, s), Fleet::Verdict::kNotFinite);
   }
-  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 0, 0, 2)), Fleet::Verdict::kAccepted);
+  EXPECT_EQ(Take(&fleet, actor, MakeSegment(0, 0, 0, 2)), Fleet::Verdict::kSound);
 }
 
 TEST(FleetTest, ADivergedEpisodeIsOverWithoutALastSegment) {
   Fleet fleet = MakeFleet();
   fleet.Join(MakeHello(0, 10), kNow);
   const ActorRecord& actor = *fleet.Find(10);
-  fleet.Accept(actor, MakeSegment(0, 0, 0, 4));
+  Take(&fleet, actor, MakeSegment(0, 0, 0, 4));
   EpisodeResult diverged;
   diverged.vehicle = 0;
   diverged.episode = 0;
   fleet.CloseDiverged(actor, diverged);
-  EXPECT_EQ(fleet.Accept(actor, MakeSegment(0, 1, 0, 1)), Fleet::Verdict::kAccepted);
+  EXPECT_EQ(Take(&fleet, actor, MakeSegment(0, 1, 0, 1)), Fleet::Verdict::kSound);
 }
 
 TEST(FleetTest, AReplacementGoesOnWhereTheAcceptedPrefixEnds) {
@@ -156,16 +163,14 @@ TEST(FleetTest, AReplacementGoesOnWhereTheAcceptedPrefixEnds) {
   fleet.Join(MakeHello(0, 10), kNow);
   fleet.Join(MakeHello(1, 20), kNow);
   fleet.set_started();
-  fleet.set_round(3);
-  fleet.Accept(*fleet.Find(10), MakeSegment(1, 0, 0, 4));
+  Take(&fleet, *fleet.Find(10), MakeSegment(1, 0, 0, 4));
   EXPECT_FALSE(fleet.disturbed());
   const Welcome welcome = fleet.Join(MakeHello(0, 11, 1), kNow);
   EXPECT_TRUE(fleet.disturbed());
-  EXPECT_EQ(welcome.round, 3);
   EXPECT_THAT(welcome.vehicle, ElementsAre(0, 1));
   EXPECT_THAT(welcome.next_episode, ElementsAre(0, 1));
-  EXPECT_THAT(welcome.round_steps_done, ElementsAre(0, 4));
-  EXPECT_EQ(fleet.Accept(*fleet.Find(11), MakeSegment(1, 1, 0, 2)), Fleet::Verdict::kAccepted);
+  EXPECT_THAT(welcome.steps_done, ElementsAre(0, 4));
+  EXPECT_EQ(Take(&fleet, *fleet.Find(11), MakeSegment(1, 1, 0, 2)), Fleet::Verdict::kSound);
 }
 
 TEST(FleetTest, ReassignGivesTheVehiclesOfALostActorToTheOthers) {

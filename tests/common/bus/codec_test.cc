@@ -50,9 +50,8 @@ Control MakeControl() {
   m.incarnation = 2;
   m.table_hash = 0xFFFFFFFFFFFFFFFEull;
   m.phase = Control::Phase::kRunning;
-  m.round = 3;
-  m.round_steps = 10;
-  m.round_extra = 4;
+  m.number = 12;
+  m.rounds = {{3, 30, 0, 7, true}, {4, 40, 2, 8, false}};
   m.policy_version = 5;
   m.evaluation_id = 6;
   m.evaluation_set = StartSet::kValidation;
@@ -83,6 +82,13 @@ TEST(CodecTest, ControlRoundTrips) {
   const std::optional<Control> got = Decode<Control>(Encode(MakeControl()));
   ASSERT_TRUE(got);
   EXPECT_EQ(got->table_hash, 0xFFFFFFFFFFFFFFFEull);
+  EXPECT_EQ(got->number, 12);
+  ASSERT_EQ(got->rounds.size(), 2u);
+  EXPECT_TRUE(got->rounds[0].warm_up);
+  EXPECT_EQ(got->rounds[1].round, 4);
+  EXPECT_EQ(got->rounds[1].policy_version, 8);
+  EXPECT_EQ(got->rounds[1].Target(1), 41);
+  EXPECT_EQ(got->rounds[1].Target(2), 40);
   ASSERT_EQ(got->actors.size(), 2u);
   EXPECT_EQ(got->actors[1].session, 20);
   EXPECT_EQ(got->actors[1].evaluation_count, 27);
@@ -107,11 +113,11 @@ TEST(CodecTest, HelloAndWelcomeRoundTrip) {
   welcome.reason = "because";
   welcome.vehicle = {1, 2};
   welcome.next_episode = {3, 4};
-  welcome.round_steps_done = {5, 6};
+  welcome.steps_done = {5, 6};
   const auto back = Decode<Welcome>(Encode(welcome));
   ASSERT_TRUE(back);
   EXPECT_EQ(back->reason, "because");
-  EXPECT_EQ(back->round_steps_done, welcome.round_steps_done);
+  EXPECT_EQ(back->steps_done, welcome.steps_done);
 }
 
 // Every strict prefix and every length with bytes added must be refused, and no bit flip may crash or make the decoder
@@ -142,7 +148,7 @@ void SurvivesDamage(const Message& message) {
 TEST(CodecTest, EveryMessageSurvivesTruncationAndBitFlips) {
   SurvivesDamage(Echo{4, 32});
   SurvivesDamage(Hello{.session = 1, .git_revision = "r", .isa = "i"});
-  SurvivesDamage(Welcome{.vehicle = {1}, .next_episode = {0}, .round_steps_done = {0}, .reason = "x"});
+  SurvivesDamage(Welcome{.vehicle = {1}, .next_episode = {0}, .steps_done = {0}, .reason = "x"});
   SurvivesDamage(ActorStatus{.session = 3});
   SurvivesDamage(MakeExperience());
   SurvivesDamage(MakeControl());

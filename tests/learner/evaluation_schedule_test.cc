@@ -1,0 +1,158 @@
+#include "learner/evaluation_schedule.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <deque>
+
+namespace cairn::learner {
+namespace {
+
+using ::testing::ElementsAre;
+
+// Answers every request with as many successes as `successes` says of (set, version).
+class FakeEvaluator final : public Evaluator {
+ public:
+  void Evaluate(const EvaluationRequest& request, std::span<const float> policy) override {
+    asked.push_back(request);
+    parameters.emplace_back(policy.begin(), policy.end());
+    if (!answering) return;
+    EvaluationReport report{request, {}};
+    const int solved = std::min(request.num_starts, successes(request));
+    for (int i = 0; i < request.num_starts; ++i) {
+      EpisodeResult r;
+      r.outcome = i < solved ? Outcome::kGoal : Outcome::kCollision;
+      r.duration = duration(request);
+      report.results.push_back(r);
+    }
+    ready.push_back(std::move(report));
+  }
+  std::vector<EvaluationReport> TakeEvaluations(bool) override { return std::exchange(ready, {}); }
+  bool stopped() const override { return is_stopped; }
+
+  std::vector<int64_t> Versions(StartSet set) const {
+    std::vector<int64_t> versions;
+    for (const EvaluationRequest& r : asked) {
+      if (r.set == set) versions.push_back(r.version);
+    }
+    return versions;
+  }
+
+  std::function<int(const EvaluationRequest&)> successes = [](const EvaluationRequest&) { return 1000; };
+  std::function<float(const EvaluationRequest&)> duration = [](const EvaluationRequest&) { return 5.0f; };
+  bool answering = true;
+  bool is_stopped = false;
+  std::vector<EvaluationRequest> asked;
+  std::vector<std::vector<float>> parameters;
+  std::vector<EvaluationReport> ready;
+};
+
+class EvaluationScheduleTest : public ::testing::Test {
+ protected:
+  EvaluationScheduleTest() {
+    config_.interval_env_steps = 100;
+    config_.consumption_starts = 10;
+    config_.validation_starts = 50;
+    config_.test_starts = 200;
+    config_.validation_every = 2;
+  }
+
+  EvaluationSchedule Make() {
+    return {config_, &evaluator_, [this] { return wall_s_; },
+            [this](const EvaluationReport& report, const EvaluationSummary&) { reported_.push_back(report.request); }};
+  }
+
+  void VisitAt(EvaluationSchedule* schedule, int64_t env_steps) {
+    wall_s_ = static_cast<double>(env_steps) / 10;
+    const std::vector<float> parameters{static_cast<float>(env_steps)};
+    schedule->Visit(env_steps, env_steps, parameters);
+    schedule->Receive(false);
+    schedule->Receive(false);  // a validation that the consumption check asked for
+  }
+
+  EvaluationConfig config_;
+  FakeEvaluator evaluator_;
+  double wall_s_ = 0;
+  std::vector<EvaluationRequest> reported_;
+};
+
+TEST_F(EvaluationScheduleTest, ChecksAtTheFirstVersionPublishedAfterEachInterval) {
+  EvaluationSchedule schedule = Make();
+  for (const int64_t steps : {64, 128, 192, 256, 320, 660, 690, 704}) VisitAt(&schedule, steps);
+  EXPECT_THAT(evaluator_.Versions(StartSet::kConsumption), ElementsAre(128, 256, 320, 660, 704));
+}
+
+TEST_F(EvaluationScheduleTest, ConsumptionIsTheFirstCheckWithAllStartsSolvedAtItsVersionsSteps) {
+  evaluator_.successes = [](const EvaluationRequest& r) { return r.version < 300 || r.version == 400 ? 9 : 10; };
+  EvaluationSchedule schedule = Make();
+  EXPECT_EQ(schedule.last_solved(), -1);
+  VisitAt(&schedule, 100);
+  VisitAt(&schedule, 200);
+  EXPECT_EQ(schedule.consumption_env_steps(), -1);
+  EXPECT_EQ(schedule.last_solved(), 9);
+  VisitAt(&schedule, 300);
+  EXPECT_EQ(schedule.consumption_env_steps(), 300);
+  EXPECT_DOUBLE_EQ(schedule.consumption_wall_s(), 30);
+  EXPECT_DOUBLE_EQ(schedule.stays_solved(), 1) << "no later check yet";
+  VisitAt(&schedule, 400);
+  VisitAt(&schedule, 500);
+  EXPECT_EQ(schedule.consumption_env_steps(), 300);
+  EXPECT_DOUBLE_EQ(schedule.stays_solved(), 0.5);
+}
+
+TEST_F(EvaluationScheduleTest, ValidatesOnlySolvedChecksAndOnlyEveryFewOfThem) {
+  evaluator_.successes = [](const EvaluationRequest& r) { return r.version == 300 ? 9 : 1000; };
+  EvaluationSchedule schedule = Make();
+  for (int64_t steps = 100; steps <= 700; steps += 100) VisitAt(&schedule, steps);
+  EXPECT_THAT(evaluator_.Versions(StartSet::kValidation), ElementsAre(100, 500, 700)) << "checks 0, 2, 4, 6; 2 failed";
+}
+
+TEST_F(EvaluationScheduleTest, TestsTheBestValidatedPolicyOnce) {
+  evaluator_.successes = [](const EvaluationRequest& r) {
+    return r.set != StartSet::kValidation ? 1000 : r.version == 300 ? 50 : 49;
+  };
+  EvaluationSchedule schedule = Make();
+  for (int64_t steps = 100; steps <= 500; steps += 100) VisitAt(&schedule, steps);
+  const auto test = schedule.Test({520, 520, {520.0f}});
+  ASSERT_TRUE(test);
+  EXPECT_EQ(test->trials, 200);
+  EXPECT_THAT(evaluator_.Versions(StartSet::kTest), ElementsAre(300));
+  EXPECT_THAT(evaluator_.parameters.back(), ElementsAre(300.0f));
+  EXPECT_THAT(evaluator_.Versions(StartSet::kValidation), ElementsAre(100, 300, 500, 520)) << "the last one as well";
+}
+
+TEST_F(EvaluationScheduleTest, EqualSuccessIsDecidedByTimeThenByAge) {
+  evaluator_.duration = [](const EvaluationRequest& r) { return r.version == 100 ? 4.0f : 5.0f; };
+  EvaluationSchedule schedule = Make();
+  for (int64_t steps = 100; steps <= 500; steps += 100) VisitAt(&schedule, steps);
+  ASSERT_TRUE(schedule.best());
+  EXPECT_EQ(schedule.best()->version, 100) << "faster";
+  evaluator_.duration = [](const EvaluationRequest&) { return 4.0f; };
+  VisitAt(&schedule, 600);
+  VisitAt(&schedule, 700);
+  EXPECT_EQ(schedule.best()->version, 700) << "as fast, and has seen more";
+}
+
+TEST_F(EvaluationScheduleTest, WithoutASolvedCheckTheLastPolicyIsTested) {
+  evaluator_.successes = [](const EvaluationRequest&) { return 3; };
+  EvaluationSchedule schedule = Make();
+  VisitAt(&schedule, 100);
+  const auto test = schedule.Test({150, 150, {1.5f}});
+  ASSERT_TRUE(test);
+  EXPECT_EQ(test->successes, 3);
+  EXPECT_FALSE(schedule.best());
+  EXPECT_THAT(evaluator_.Versions(StartSet::kTest), ElementsAre(150));
+  EXPECT_TRUE(evaluator_.Versions(StartSet::kValidation).empty());
+}
+
+TEST_F(EvaluationScheduleTest, AStoppedRunHasNoTest) {
+  evaluator_.answering = false;
+  EvaluationSchedule schedule = Make();
+  VisitAt(&schedule, 100);
+  evaluator_.is_stopped = true;
+  EXPECT_FALSE(schedule.Test({150, 150, {1.5f}}));
+  EXPECT_TRUE(evaluator_.Versions(StartSet::kTest).empty());
+}
+
+}  // namespace
+}  // namespace cairn::learner

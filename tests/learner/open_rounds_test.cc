@@ -1,0 +1,73 @@
+#include "learner/open_rounds.h"
+
+#include <gtest/gtest.h>
+
+namespace cairn::learner {
+namespace {
+
+Segment MakeSegment(int vehicle, int steps, int64_t version, int episode = 0) {
+  Segment s;
+  s.vehicle = vehicle;
+  s.episode = episode;
+  s.policy_version = version;
+  s.rewards.assign(static_cast<size_t>(steps), 0.0f);
+  return s;
+}
+
+TEST(OpenRoundsTest, IsCompleteWhenEveryVehicleHasItsStepsAndTheFirstOnesTheirExtra) {
+  OpenRounds rounds(2);
+  EXPECT_FALSE(rounds.front_complete());
+  rounds.Grant(3, 1, 5, false);
+  EXPECT_EQ(rounds.missing(), 7);
+  EXPECT_TRUE(rounds.Add(MakeSegment(1, 3, 5), 0));
+  EXPECT_TRUE(rounds.Add(MakeSegment(0, 3, 5), 0));
+  EXPECT_FALSE(rounds.front_complete());
+  EXPECT_TRUE(rounds.Add(MakeSegment(0, 1, 5), 3));
+  EXPECT_TRUE(rounds.front_complete());
+}
+
+TEST(OpenRoundsTest, RefusesWhatGoesBeyondTheRoundOrHasAnotherPolicy) {
+  OpenRounds rounds(1);
+  rounds.Grant(3, 0, 5, false);
+  EXPECT_FALSE(rounds.Add(MakeSegment(0, 4, 5), 0));
+  EXPECT_FALSE(rounds.Add(MakeSegment(0, 3, 4), 0));
+  EXPECT_TRUE(rounds.Add(MakeSegment(0, 3, 5), 0));
+  EXPECT_FALSE(rounds.Add(MakeSegment(0, 1, 5), 3)) << "nothing more is granted";
+  rounds.Grant(3, 0, 6, false);
+  EXPECT_FALSE(rounds.Add(MakeSegment(0, 4, 5), 2)) << "spans two rounds";
+}
+
+TEST(OpenRoundsTest, TakesRoundsInOrderSortedByVehicleWhateverTheOrderOfArrival) {
+  OpenRounds rounds(3);
+  rounds.Grant(2, 0, 5, true);
+  rounds.Grant(1, 0, 6, false);
+  EpisodeResult episode;
+  episode.vehicle = 2;
+  rounds.Add(episode, 2);  // of the second round
+  for (const int v : {2, 0}) {
+    EXPECT_TRUE(rounds.Add(MakeSegment(v, 1, 5, 0), 0));
+    EXPECT_TRUE(rounds.Add(MakeSegment(v, 1, 5, 1), 1));
+    EXPECT_TRUE(rounds.Add(MakeSegment(v, 1, 6), 2));
+  }
+  EXPECT_FALSE(rounds.front_complete());
+  EXPECT_TRUE(rounds.Add(MakeSegment(1, 2, 5), 0));
+  ASSERT_TRUE(rounds.front_complete());
+  const Harvest first = rounds.TakeFront();
+  ASSERT_EQ(first.segments.size(), 5u);
+  EXPECT_TRUE(first.episodes.empty());
+  const int vehicles[] = {0, 0, 1, 2, 2};
+  const int episodes[] = {0, 1, 0, 0, 1};
+  for (size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(first.segments[i].vehicle, vehicles[i]);
+    EXPECT_EQ(first.segments[i].episode, episodes[i]);
+  }
+  EXPECT_FALSE(rounds.front_complete());
+  ASSERT_EQ(rounds.granted().size(), 1u);
+  EXPECT_EQ(rounds.granted()[0].round, 2);
+  EXPECT_EQ(rounds.granted()[0].vehicle_steps, 3);
+  EXPECT_TRUE(rounds.Add(MakeSegment(1, 1, 6), 2));
+  EXPECT_EQ(rounds.TakeFront().episodes.size(), 1u);
+}
+
+}  // namespace
+}  // namespace cairn::learner
