@@ -2,9 +2,8 @@
 
 #include <algorithm>
 
-#include "common/bus/table_blob.h"
-#include "common/core/hash.h"
 #include "common/core/log.h"
+#include "common/roadmap/roadmap_blob.h"
 
 namespace cairn::planner {
 namespace {
@@ -23,8 +22,8 @@ RoadmapService::RoadmapService(Bus* bus, uint64_t experiment_hash, const BuiltRo
   const Bytes positions = PackPositions(built.roadmap);
   const Bytes costs = PackTable(table);
   info_.experiment_hash = experiment_hash;
-  info_.roadmap_hash = ContentHash(positions.data(), positions.size());
-  info_.table_hash = ContentHash(costs.data(), costs.size());
+  info_.roadmap_hash = built.roadmap.Hash();
+  info_.table_hash = table.Hash();
   info_.roadmap_bytes = static_cast<int32_t>(positions.size());
   info_.table_bytes = static_cast<int32_t>(costs.size());
   info_.num_vertices = built.info.vertices;

@@ -1,16 +1,11 @@
 #pragma once
 
-#include <cstdint>
 #include <optional>
-#include <span>
-#include <vector>
 
 #include "common/bus/messages.h"
+#include "common/core/bytes.h"
 
 namespace cairn {
-
-using Bytes = std::vector<uint8_t>;
-using ByteSpan = std::span<const uint8_t>;
 
 // Encode gives standard LCM encoding (fingerprint first), so that lcm-spy and lcm-logplayer decode it. Wall-clock
 // `utime` fields that the structs lack are stamped here. Decode refuses (nullopt) whatever is not exactly as long as

@@ -1,7 +1,7 @@
 #include "common/bus/table_client.h"
 
-#include "common/bus/table_blob.h"
 #include "common/core/log.h"
+#include "common/roadmap/roadmap_blob.h"
 
 namespace cairn {
 namespace {

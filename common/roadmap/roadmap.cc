@@ -4,15 +4,12 @@
 #include <cmath>
 
 #include "common/core/hash.h"
+#include "common/roadmap/roadmap_blob.h"
 
 namespace cairn {
 namespace {
 
-template <typename T>
-uint64_t HashVector(const std::vector<T>& values, uint64_t seed) {
-  const uint64_t size = values.size();
-  return ContentHash(values.data(), size * sizeof(T), ContentHash(&size, sizeof(size), seed));
-}
+uint64_t HashOf(const Bytes& blob) { return ContentHash(blob.data(), blob.size()); }
 
 }  // namespace
 
@@ -21,7 +18,7 @@ Vector3d Roadmap::position(int vertex) const {
   return Vector3d(p[0], p[1], dimension == 3 ? p[2] : 0.0f);
 }
 
-uint64_t Roadmap::Hash() const { return HashVector(positions, static_cast<uint64_t>(dimension)); }
+uint64_t Roadmap::Hash() const { return HashOf(PackPositions(*this)); }
 
 float CostTable::max_cost() const {
   float longest = 0;
@@ -31,9 +28,6 @@ float CostTable::max_cost() const {
   return longest;
 }
 
-uint64_t CostTable::Hash() const {
-  const double region[6] = {goal.min.x(), goal.min.y(), goal.min.z(), goal.max.x(), goal.max.y(), goal.max.z()};
-  return HashVector(next_vertex, HashVector(cost, ContentHash(region, sizeof(region), roadmap_hash)));
-}
+uint64_t CostTable::Hash() const { return HashOf(PackTable(*this)); }
 
 }  // namespace cairn

@@ -19,7 +19,7 @@ struct Roadmap {
   int num_vertices() const { return static_cast<int>(positions.size()) / dimension; }
   int num_edges() const { return static_cast<int>(neighbors.size()) / 2; }
   Vector3d position(int vertex) const;
-  /// Content hash over dimension and positions (what actors receive); never 0.
+  /// Content hash of PackPositions: what actors receive; never 0.
   uint64_t Hash() const;
 };
 
@@ -34,7 +34,7 @@ struct CostTable {
 
   /// Longest finite cost [m]; 0 for an empty table.
   float max_cost() const;
-  /// Content hash over all fields; never 0.
+  /// Content hash of PackTable; never 0.
   uint64_t Hash() const;
 };
 

@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include "common/bus/blob_assembler.h"
-#include "common/bus/table_blob.h"
 #include "common/core/check.h"
 #include "common/core/hash.h"
 
@@ -96,30 +95,6 @@ TEST(BusTest, PollReturnsAfterItsTimeout) {
   Bus bus(Config(4));
   bus.Subscribe<ActorStatus>(Plane::kControl, ".*", [](const ActorStatus&, const FrameInfo&) {});
   EXPECT_EQ(bus.Poll(milliseconds(1)), 0);
-}
-
-TEST(BlobTest, TablesRoundTripAndRefuseDamage) {
-  Roadmap roadmap;
-  roadmap.positions = {0, 1, 2, 3};
-  const auto positions = UnpackPositions(PackPositions(roadmap));
-  ASSERT_TRUE(positions);
-  EXPECT_EQ(positions->positions, roadmap.positions);
-  CostTable table;
-  table.roadmap_hash = 5;
-  table.goal.max = Vector3d(1, 2, 3);
-  table.cost = {0, kUnreachable};
-  table.next_vertex = {-1, -1};
-  const Bytes blob = PackTable(table);
-  const auto unpacked = UnpackTable(blob);
-  ASSERT_TRUE(unpacked);
-  EXPECT_EQ(unpacked->cost, table.cost);
-  EXPECT_EQ(unpacked->goal.max, table.goal.max);
-  for (size_t n = 0; n < blob.size(); ++n) EXPECT_FALSE(UnpackTable(ByteSpan(blob).first(n)));
-  table.next_vertex = {2, -1};
-  EXPECT_FALSE(UnpackTable(PackTable(table)));
-  table.next_vertex = {-1, -1};
-  table.cost[0] = -1;
-  EXPECT_FALSE(UnpackTable(PackTable(table)));
 }
 
 TEST(BlobTest, AssemblesChunksInAnyOrderAndRefusesAWrongHash) {

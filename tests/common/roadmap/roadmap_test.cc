@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "common/roadmap/roadmap_blob.h"
+
 namespace cairn {
 namespace {
 
@@ -66,6 +68,30 @@ TEST(CostTableTest, HashDependsOnEveryField) {
 TEST(CostTableTest, LongestCostIgnoresUnreachableVertices) {
   EXPECT_EQ(Table().max_cost(), 2);
   EXPECT_EQ(CostTable{}.max_cost(), 0);
+}
+
+TEST(RoadmapBlobTest, RoundTripsAndRefusesDamage) {
+  Roadmap roadmap;
+  roadmap.positions = {0, 1, 2, 3};
+  const auto positions = UnpackPositions(PackPositions(roadmap));
+  ASSERT_TRUE(positions);
+  EXPECT_EQ(positions->positions, roadmap.positions);
+  CostTable table;
+  table.roadmap_hash = 5;
+  table.goal.max = Vector3d(1, 2, 3);
+  table.cost = {0, kUnreachable};
+  table.next_vertex = {-1, -1};
+  const Bytes blob = PackTable(table);
+  const auto unpacked = UnpackTable(blob);
+  ASSERT_TRUE(unpacked);
+  EXPECT_EQ(unpacked->cost, table.cost);
+  EXPECT_EQ(unpacked->goal.max, table.goal.max);
+  for (size_t n = 0; n < blob.size(); ++n) EXPECT_FALSE(UnpackTable(ByteSpan(blob).first(n)));
+  table.next_vertex = {2, -1};
+  EXPECT_FALSE(UnpackTable(PackTable(table)));
+  table.next_vertex = {-1, -1};
+  table.cost[0] = -1;
+  EXPECT_FALSE(UnpackTable(PackTable(table)));
 }
 
 }  // namespace

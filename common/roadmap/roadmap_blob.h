@@ -1,10 +1,8 @@
 #pragma once
 
-#include <cstdint>
 #include <optional>
-#include <vector>
 
-#include "common/bus/codec.h"
+#include "common/core/bytes.h"
 #include "common/roadmap/roadmap.h"
 
 namespace cairn {

@@ -1,4 +1,4 @@
-#include "common/bus/table_blob.h"
+#include "common/roadmap/roadmap_blob.h"
 
 #include <bit>
 #include <cmath>
