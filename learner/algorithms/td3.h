@@ -30,6 +30,7 @@ class Td3 {
   const Mlp<Scalar>& policy_mlp() const { return policy_mlp_; }
   TrainedMlp<Scalar>& policy() { return policy_; }
   const TrainedMlp<Scalar>& policy() const { return policy_; }
+  MlpWeights<Scalar>& policy_target() { return policy_target_; }
   const MlpWeights<Scalar>& policy_target() const { return policy_target_; }
   TwinCritic<Scalar>& critics() { return critics_; }
 

@@ -69,6 +69,7 @@ class TwinCritic {
   const Mlp<Scalar>& mlp() const { return mlp_; }
   TrainedMlp<Scalar>& critic(int i) { return critics_[i]; }
   const TrainedMlp<Scalar>& critic(int i) const { return critics_[i]; }
+  MlpWeights<Scalar>& target(int i) { return targets_[i]; }
   const MlpWeights<Scalar>& target(int i) const { return targets_[i]; }
 
  private:
