@@ -9,6 +9,7 @@
 #include <time.h>
 
 #include <algorithm>
+#include <chrono>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "learner/algorithms/algorithm.h"
 #include "learner/replay/replay_buffer.h"
 #include "tests/benchmarks/fma_peak.h"
+#include "tests/learner/algorithms/pendulum_run.h"
 
 namespace cairn::learner {
 namespace {
@@ -175,6 +177,37 @@ void BM_Inference(benchmark::State& state) {
       benchmark::Counter(static_cast<double>(state.iterations()) * vehicles, benchmark::Counter::kIsRate);
 }
 
+/// A whole run of SAC on Pendulum-v1 in one thread: 10,000 steps of environment, policy and replay, one update of
+/// critics, policy and alpha a step.
+void BM_Pendulum(benchmark::State& state) {
+  constexpr int kSteps = 10000;
+  const LearnerConfig config = PendulumSacConfig();
+  const double updates = kSteps - config.learning_starts;
+  const double flops = 2.0 * MultiplyAdds(config, PendulumShape(config), false) * config.batch_size * updates;
+  FmaPeak peak(GemmTarget());
+  std::vector<double> wall, cpu, ceiling, mean_return;
+  uint64_t seed = 1;
+  for (auto _ : state) {
+    PendulumRun run(config, seed++);
+    const double peak_start = CpuSeconds();
+    const double peak_flops = peak.Run(10 * kPeakFlops);
+    const double start = CpuSeconds();
+    const auto wall_start = std::chrono::steady_clock::now();
+    run.Train(kSteps);
+    wall.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count());
+    cpu.push_back(CpuSeconds() - start);
+    ceiling.push_back(flops * (start - peak_start) / peak_flops);
+    mean_return.push_back(run.MeanReturn(20));
+    state.SetIterationTime(wall.back());
+  }
+  state.counters["critic_updates"] = updates;
+  state.counters["actor_updates"] = updates;
+  state.counters["wall_s"] = Median(&wall);
+  state.counters["cpu_s"] = Median(&cpu);
+  state.counters["gemm_ceiling_s"] = Median(&ceiling);
+  state.counters["mean_return"] = Median(&mean_return);
+}
+
 void RegisterUpdates() {
   const struct { int width, batch_size; } sizes[] = {{64, 1024}, {64, 256}, {256, 256}};
   for (const auto& size : sizes) {
@@ -189,6 +222,7 @@ void RegisterUpdates() {
           ->Unit(benchmark::kMillisecond);
     }
   }
+  benchmark::RegisterBenchmark("pendulum/sac", BM_Pendulum)->UseManualTime()->Unit(benchmark::kMillisecond);
   benchmark::RegisterBenchmark("replay/insert", BM_Insert);
   benchmark::RegisterBenchmark("inference/64x64", BM_Inference)->Arg(1)->Arg(16)->Arg(64);
 }

@@ -10,20 +10,10 @@
 
 #include "common/core/check.h"
 #include "common/core/random.h"
-#include "tests/learner/algorithms/pendulum.h"
+#include "tests/learner/algorithms/pendulum_run.h"
 
 namespace cairn::learner {
 namespace {
-
-PolicyShape Shape(const LearnerConfig& config) {
-  PolicyShape shape;
-  shape.head = config.algorithm == LearnerConfig::Algorithm::kSac ? PolicyShape::Head::kGaussian
-                                                                  : PolicyShape::Head::kDeterministic;
-  shape.observation_size = Pendulum::kObservationSize;
-  shape.action_size = Pendulum::kActionSize;
-  shape.net_arch = config.net_arch;
-  return shape;
-}
 
 Segment RandomSegment(int steps, uint32_t index) {
   RandomStream random(21, RandomPurpose::kTest, index);
@@ -47,7 +37,7 @@ class AlgorithmTest : public testing::TestWithParam<LearnerConfig::Algorithm> {
     replay_.Insert(RandomSegment(1500, 0));
   }
 
-  std::unique_ptr<Algorithm> Make(uint64_t seed) { return MakeAlgorithm(config_, Shape(config_), seed); }
+  std::unique_ptr<Algorithm> Make(uint64_t seed) { return MakeAlgorithm(config_, PendulumShape(config_), seed); }
 
   LearnerConfig config_;
   ReplayBuffer replay_;
@@ -113,74 +103,8 @@ INSTANTIATE_TEST_SUITE_P(SacAndTd3, AlgorithmTest,
                          testing::Values(LearnerConfig::Algorithm::kSac, LearnerConfig::Algorithm::kTd3),
                          [](const auto& test) { return test.param == LearnerConfig::Algorithm::kSac ? "Sac" : "Td3"; });
 
-/// Policy, replay and algorithm on one pendulum.
-class PendulumRun {
- public:
-  PendulumRun(const LearnerConfig& config, uint64_t seed)
-      : config_(config),
-        algorithm_(MakeAlgorithm(config, Shape(config), seed)),
-        replay_(config.buffer_size, 3, 1, config.n_steps, config.gamma),
-        policy_(Shape(config), 1),
-        start_(seed, RandomPurpose::kStart),
-        noise_(seed, RandomPurpose::kExploration) {}
-
-  void Train(int steps) {
-    for (int step = 0; step < steps; ++step) {
-      if (step % Pendulum::kEpisodeSteps == 0) pendulum_.Reset(&start_);
-      const bool last = step % Pendulum::kEpisodeSteps == Pendulum::kEpisodeSteps - 1;
-      const auto observation = pendulum_.observation();
-      const float action = Explore(observation, step);
-      Segment segment;
-      segment.observations.assign(observation.begin(), observation.end());
-      segment.actions = {action};
-      segment.rewards = {pendulum_.Step(action)};
-      const auto next = pendulum_.observation();
-      segment.observations.insert(segment.observations.end(), next.begin(), next.end());
-      segment.end = last ? SegmentEnd::kTruncated : SegmentEnd::kNone;
-      replay_.Insert(segment);
-      if (step >= config_.learning_starts) algorithm_->Update(replay_, 1, static_cast<double>(step) / steps);
-    }
-  }
-
-  double MeanReturn(int episodes) {
-    policy_.SetParameters(algorithm_->policy_parameters());
-    double sum = 0;
-    for (int i = 0; i < episodes * Pendulum::kEpisodeSteps; ++i) {
-      if (i % Pendulum::kEpisodeSteps == 0) pendulum_.Reset(&start_);
-      float action;
-      policy_.Act(pendulum_.observation().data(), 1, &action);
-      sum += pendulum_.Step(action);
-    }
-    return sum / episodes;
-  }
-
- private:
-  float Explore(const std::array<float, 3>& observation, int step) {
-    if (step < config_.learning_starts) return static_cast<float>(noise_.Uniform(-1.0, 1.0));
-    policy_.SetParameters(algorithm_->policy_parameters());
-    const auto normal = static_cast<float>(noise_.Normal());
-    float action;
-    policy_.Explore(observation.data(), 1, &normal, static_cast<float>(config_.action_noise), &action);
-    return action;
-  }
-
-  LearnerConfig config_;
-  std::unique_ptr<Algorithm> algorithm_;
-  ReplayBuffer replay_;
-  Policy policy_;
-  Pendulum pendulum_;
-  RandomStream start_, noise_;
-};
-
 TEST(PendulumTest, SacSwingsUpWithinTenThousandSteps) {
-  LearnerConfig config;
-  config.batch_size = 100;
-  config.buffer_size = 10000;
-  config.learning_starts = 1000;
-  config.n_steps = 1;
-  config.initial_alpha = 1.0;
-  config.target_entropy = -1;
-  PendulumRun run(config, 1);
+  PendulumRun run(PendulumSacConfig(), 1);
   EXPECT_LT(run.MeanReturn(20), -800.0) << "not solved by chance";
   run.Train(10000);
   const double mean_return = run.MeanReturn(20);
