@@ -1,6 +1,7 @@
 #include "learner/algorithms/mlp.h"
 
 #include <algorithm>
+#include <set>
 
 #include "common/core/check.h"
 #include "common/nn/layers.h"
@@ -11,12 +12,29 @@ namespace {
 
 constexpr int kColumnStep = 4;  // InputGradient rounds its number of samples up to a multiple
 
+// Products that follow the samples, and the pass over what they yield, go by blocks of columns: that pass then finds it
+// in the first-level cache. The products for weights, which sum over samples, take all columns at once.
+constexpr int kBlock = 32;
+
 int RoundUp(int n, int step) { return (n + step - 1) / step * step; }
 
 std::vector<int> MultiplesUpTo(int n, int step) {
   std::vector<int> multiples;
   for (int i = step; i <= RoundUp(n, step); i += step) multiples.push_back(i);
   return multiples;
+}
+
+/// Calls f(first, how many) for the blocks of n columns.
+template <typename F>
+void ForBlocks(int n, F f) {
+  for (int first = 0; first < n; first += kBlock) f(first, std::min(kBlock, n - first));
+}
+
+/// The sizes of the blocks of such numbers of columns, ascending.
+std::vector<int> BlockSizes(const std::vector<int>& columns) {
+  std::set<int> sizes;
+  for (int n : columns) ForBlocks(n, [&](int /*first*/, int size) { sizes.insert(size); });
+  return {sizes.begin(), sizes.end()};
 }
 
 std::vector<MlpLayer> MakeLayers(const MlpShape& shape) {
@@ -91,7 +109,11 @@ MlpTape<Scalar>::MlpTape(const MlpShape& shape, int max_columns) {
 
 template <typename Scalar>
 Mlp<Scalar>::Mlp(const MlpShape& shape, int input_stride, const std::vector<int>& columns)
-    : shape_(shape), columns_(columns), layers_(MakeLayers(shape)), gradient_buffer_size_(shape.num_parameters()) {
+    : shape_(shape),
+      input_stride_(input_stride),
+      columns_(columns),
+      layers_(MakeLayers(shape)),
+      gradient_buffer_size_(shape.num_parameters()) {
   CAIRN_CHECK(!shape.net_arch.empty() && shape.num_inputs > 0 && shape.num_outputs > 0);
   CAIRN_CHECK(!columns.empty() && std::is_sorted(columns.begin(), columns.end()));
   for (const MlpLayer& layer : layers_) {
@@ -104,10 +126,11 @@ template <typename Scalar>
 void Mlp<Scalar>::AddLayer(const MlpLayer& layer, int x_stride) {
   using Transposition = typename Gemm<Scalar>::Transpose;
   const int in = layer.in, out = layer.out;
-  Kernels kernels{ColumnGemm<Scalar>(out, in, out, x_stride, out, columns_),
-                  ColumnGemm<Scalar>(in, out, in, out, in, MultiplesUpTo(columns_.back(), kColumnStep)),
-                  {},
-                  {}};
+  Kernels kernels{
+      ColumnGemm<Scalar>(out, in, out, x_stride, out, BlockSizes(columns_)),
+      ColumnGemm<Scalar>(in, out, in, out, in, MultiplesUpTo(std::min(columns_.back(), kBlock), kColumnStep)),
+      {},
+      {}};
   const auto weight_gradient = [&](int n, Accumulate accumulate) {
     return layer.narrow() ? Gemm<Scalar>(in, out, n, x_stride, out, in, Transposition::kB, accumulate)
                           : Gemm<Scalar>(out, in, n, out, x_stride, out, Transposition::kB, accumulate);
@@ -122,42 +145,57 @@ void Mlp<Scalar>::AddLayer(const MlpLayer& layer, int x_stride) {
 template <typename Scalar>
 const Scalar* Mlp<Scalar>::Forward(const MlpWeights<Scalar>& weights, const Scalar* x, int n,
                                    MlpTape<Scalar>* tape) const {
-  const Scalar* p = weights.values.data();
-  const MlpLayer& head = layers_.back();
-  for (size_t l = 0; l + 1 < layers_.size(); ++l) {
+  const int last = static_cast<int>(layers_.size()) - 2;
+  for (int l = 0; l <= last; ++l) {
+    const MlpLayer& layer = layers_[l];
+    const int stride = l == 0 ? input_stride_ : layer.in;
     Scalar* h = tape->activations[l].data();
-    kernels_[l].forward(p + layers_[l].weights, x, n, h);
+    ForBlocks(n, [&](int first, int columns) {
+      kernels_[l].forward(weights.values.data() + layer.weights, x + static_cast<ptrdiff_t>(first) * stride, columns,
+                          h + static_cast<ptrdiff_t>(first) * layer.out);
+      if (l < last || !fused_head()) Activate(weights, l, first, columns, tape);
+      if (l == last) Head(weights, first, columns, tape);
+    });
     x = h;
-    if (l + 2 == layers_.size() && fused_head()) break;
-    Activate(weights, static_cast<int>(l), n, tape);
   }
-  Scalar* y = tape->output.data();
-  if (fused_head()) {
-    const MlpLayer& last = layers_[layers_.size() - 2];
-    layers::BiasReluDot(p + last.bias, p + head.weights, p[head.bias], last.out, n, tape->activations.back().data(), y);
-  } else if (head.narrow()) {
-    const Scalar* transposed = head.out == 1 ? p + head.weights : weights.transposed.data() + head.transposed;
-    cairn::layers::NarrowProduct(transposed, p + head.bias, x, head.in, head.out, n, y);
-  } else {
-    kernels_.back().forward(p + head.weights, x, n, y);
-    cairn::layers::AddBias(p + head.bias, head.out, n, y);
-  }
-  return y;
+  return tape->output.data();
 }
 
 template <typename Scalar>
-void Mlp<Scalar>::Activate(const MlpWeights<Scalar>& weights, int l, int n, MlpTape<Scalar>* tape) const {
+void Mlp<Scalar>::Activate(const MlpWeights<Scalar>& weights, int l, int first, int columns,
+                           MlpTape<Scalar>* tape) const {
   const MlpLayer& layer = layers_[l];
   const Scalar* p = weights.values.data();
-  Scalar* h = tape->activations[l].data();
+  const ptrdiff_t start = static_cast<ptrdiff_t>(first) * layer.out;
+  Scalar* h = tape->activations[l].data() + start;
   if (!shape_.layer_norm) {
-    cairn::layers::BiasRelu(p + layer.bias, layer.out, n, h);
+    cairn::layers::BiasRelu(p + layer.bias, layer.out, columns, h);
     return;
   }
-  Scalar* x = tape->normalized[l].data();
-  cairn::layers::Normalize(p + layer.bias, layer.out, n, h, tape->inverse_std[l].data());
-  std::copy_n(h, static_cast<size_t>(layer.out) * n, x);
-  cairn::layers::GainRelu(p + layer.gain, p + layer.offset, layer.out, n, x, h);
+  Scalar* x = tape->normalized[l].data() + start;
+  cairn::layers::Normalize(p + layer.bias, layer.out, columns, h, tape->inverse_std[l].data() + first);
+  std::copy_n(h, static_cast<size_t>(layer.out) * columns, x);
+  cairn::layers::GainRelu(p + layer.gain, p + layer.offset, layer.out, columns, x, h);
+}
+
+// The output from the last activations; a fused head computes those too.
+template <typename Scalar>
+void Mlp<Scalar>::Head(const MlpWeights<Scalar>& weights, int first, int columns, MlpTape<Scalar>* tape) const {
+  const MlpLayer& head = layers_.back();
+  const Scalar* p = weights.values.data();
+  Scalar* x = tape->activations.back().data() + static_cast<ptrdiff_t>(first) * head.in;
+  Scalar* y = tape->output.data() + static_cast<ptrdiff_t>(first) * head.out;
+  if (fused_head()) {
+    const Scalar* bias = p + layers_[layers_.size() - 2].bias;
+    layers::BiasReluDot(bias, p + head.weights, p[head.bias], head.in, columns, x, y);
+  } else if (head.narrow()) {
+    const Scalar* transposed = head.out == 1 ? p + head.weights : weights.transposed.data() + head.transposed;
+    const Scalar* input = x;
+    cairn::layers::NarrowProduct(transposed, p + head.bias, input, head.in, head.out, columns, y);
+  } else {
+    kernels_.back().forward(p + head.weights, x, columns, y);
+    cairn::layers::AddBias(p + head.bias, head.out, columns, y);
+  }
 }
 
 template <typename Scalar>
@@ -177,8 +215,12 @@ void Mlp<Scalar>::Backward(const MlpWeights<Scalar>& weights, const Scalar* x, c
                           below, sums + layers_[l - 1].bias, sums + head.weights);
     } else {
       WeightGradient(l, delta, tape->activations[l - 1].data(), n, accumulate, sums);
-      kernels_[l].backward(weights.transposed.data() + layers_[l].transposed, delta, n, below);
-      BackwardActivation(weights, l - 1, n, tape, below, sums);
+      ForBlocks(n, [&](int first, int columns) {
+        kernels_[l].backward(weights.transposed.data() + layers_[l].transposed,
+                             delta + static_cast<ptrdiff_t>(first) * layers_[l].out, columns,
+                             below + static_cast<ptrdiff_t>(first) * layers_[l].in);
+        BackwardActivation(weights, l - 1, first, columns, tape, below, sums);
+      });
     }
     delta = below;
   }
@@ -197,22 +239,24 @@ void Mlp<Scalar>::ZeroVectors(Scalar* gradient) const {
 
 // delta: derivatives by the layer's activations → by its z = W x + b.
 template <typename Scalar>
-void Mlp<Scalar>::BackwardActivation(const MlpWeights<Scalar>& weights, int l, int n, MlpTape<Scalar>* tape,
-                                     Scalar* delta, Scalar* gradient) const {
+void Mlp<Scalar>::BackwardActivation(const MlpWeights<Scalar>& weights, int l, int first, int columns,
+                                     MlpTape<Scalar>* tape, Scalar* delta, Scalar* gradient) const {
   const MlpLayer& layer = layers_[l];
-  const Scalar* h = tape->activations[l].data();
+  const ptrdiff_t start = static_cast<ptrdiff_t>(first) * layer.out;
+  const Scalar* h = tape->activations[l].data() + start;
+  delta += start;
   if (!shape_.layer_norm) {
-    layers::ReluBackward(h, layer.out, n, delta, gradient + layer.bias);
+    layers::ReluBackward(h, layer.out, columns, delta, gradient + layer.bias);
     return;
   }
-  const Scalar* x = tape->normalized[l].data();
-  layers::GainReluBackward(weights.values.data() + layer.gain, x, h, layer.out, n, delta, gradient + layer.gain,
+  const Scalar* x = tape->normalized[l].data() + start;
+  layers::GainReluBackward(weights.values.data() + layer.gain, x, h, layer.out, columns, delta, gradient + layer.gain,
                            gradient + layer.offset);
-  for (int j = 0; j < n; ++j) {
-    const size_t column = static_cast<size_t>(j) * layer.out;
-    layers::NormalizeBackward(x + column, tape->inverse_std[l][j], layer.out, delta + column);
+  for (int j = 0; j < columns; ++j) {
+    const ptrdiff_t column = static_cast<ptrdiff_t>(j) * layer.out;
+    layers::NormalizeBackward(x + column, tape->inverse_std[l][first + j], layer.out, delta + column);
   }
-  layers::AddColumns(delta, layer.out, n, gradient + layer.bias);
+  layers::AddColumns(delta, layer.out, columns, gradient + layer.bias);
 }
 
 template <typename Scalar>
@@ -239,12 +283,17 @@ void Mlp<Scalar>::InputGradient(const MlpWeights<Scalar>& weights, std::span<con
   Scalar* delta = tape->delta[0].data();
   const int top = static_cast<int>(layers_.size()) - 2;
   layers::MaskVector(weights.values.data() + head.weights, tape->activations[top].data(), samples, head.in, delta);
-  for (int l = top;; --l) {
-    if (l < top) layers::MaskSamples(tape->activations[l].data(), samples, layers_[l].out, delta);
-    if (shape_.layer_norm) SampleNormGradient(weights, l, samples, *tape, delta);
-    if (l == 0) break;
+  if (shape_.layer_norm) SampleNormGradient(weights, top, samples, *tape, delta);
+  for (int l = top; l > 0; --l) {
     Scalar* below = tape->delta[delta == tape->delta[0].data() ? 1 : 0].data();
-    kernels_[l].backward(weights.transposed.data() + layers_[l].transposed, delta, n, below);
+    ForBlocks(n, [&](int start, int columns) {
+      Scalar* to = below + static_cast<ptrdiff_t>(start) * layers_[l].in;
+      const std::span<const int> block = samples.subspan(start, columns);
+      kernels_[l].backward(weights.transposed.data() + layers_[l].transposed,
+                           delta + static_cast<ptrdiff_t>(start) * layers_[l].out, columns, to);
+      layers::MaskSamples(tape->activations[l - 1].data(), block, layers_[l].in, to);
+      if (shape_.layer_norm) SampleNormGradient(weights, l - 1, block, *tape, to);
+    });
     delta = below;
   }
   // dx_o = Σ_i W[i, o] dz_i, where the columns of W are contiguous.

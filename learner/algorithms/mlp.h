@@ -111,9 +111,12 @@ class Mlp {
   bool fused_head() const { return shape_.num_outputs == 1 && !shape_.layer_norm; }
 
   void AddLayer(const MlpLayer& layer, int x_stride);
-  void Activate(const MlpWeights<Scalar>& weights, int l, int n, MlpTape<Scalar>* tape) const;
-  void BackwardActivation(const MlpWeights<Scalar>& weights, int l, int n, MlpTape<Scalar>* tape, Scalar* delta,
-                          Scalar* gradient) const;
+  // These treat `columns` samples from the chunk's `first` on.
+  void Activate(const MlpWeights<Scalar>& weights, int l, int first, int columns, MlpTape<Scalar>* tape) const;
+  void Head(const MlpWeights<Scalar>& weights, int first, int columns, MlpTape<Scalar>* tape) const;
+  void BackwardActivation(const MlpWeights<Scalar>& weights, int l, int first, int columns, MlpTape<Scalar>* tape,
+                          Scalar* delta, Scalar* gradient) const;
+
   void SampleNormGradient(const MlpWeights<Scalar>& weights, int l, std::span<const int> samples,
                           const MlpTape<Scalar>& tape, Scalar* delta) const;
   void ZeroVectors(Scalar* gradient) const;
@@ -123,6 +126,7 @@ class Mlp {
   void RefreshLayer(const MlpLayer& layer, MlpWeights<Scalar>* weights) const;
 
   MlpShape shape_;
+  int input_stride_;
   std::vector<int> columns_;
   std::vector<MlpLayer> layers_;
   std::vector<Kernels> kernels_;

@@ -75,13 +75,13 @@ template <typename Scalar>
 void Sac<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, BatchFeeder* feeder, Work* work) {
   // a' ~ π(·|s')
   const Scalar* y = policy_mlp_.Forward(policy_.weights, batch->next_input(first), n, &work->policy_tape);
+  feeder->Pause();
   work->head.Sample(y, n, batch->next_noise() + first, batch->size(), batch->next_action(first), batch->stride());
   const Scalar* log_prob = work->head.log_prob();
   feeder->Pause();
   // y = R + discount (min_i Q'_i(s', a') − alpha log π(a'|s'))
   Scalar* target_q = work->q.data();
-  critics_.MinTargetQ(batch->next_input(first), n, &work->critics, target_q);
-  feeder->Pause();
+  critics_.MinTargetQ(batch->next_input(first), n, feeder, &work->critics, target_q);
   const auto entropy_weight = static_cast<Scalar>(alpha());
   for (int j = 0; j < n; ++j) {
     target_q[j] = batch->reward(first + j) + batch->discount(first + j) * (target_q[j] - entropy_weight * log_prob[j]);

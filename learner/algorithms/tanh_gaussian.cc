@@ -22,21 +22,24 @@ void Squash(const Scalar* __restrict noise, int n, Scalar* __restrict mean, Scal
             Scalar* __restrict slope, Scalar* __restrict inside, Scalar* __restrict log_prob) {
   const auto low = static_cast<Scalar>(kMinLogStd), high = static_cast<Scalar>(kMaxLogStd);
   const auto log2 = static_cast<Scalar>(kLog2), half_log_2_pi = static_cast<Scalar>(kHalfLog2Pi);
+  // Three loops: the chain of one, exp → exp → log, is longer than the processor looks ahead.
   for (int j = 0; j < n; ++j) {
     const Scalar raw = log_std[j];
     const Scalar above = raw < low ? low : raw;
     const Scalar clamped = above > high ? high : above;
-    const Scalar step = math::Exp(clamped) * noise[j];
-    const Scalar u = mean[j] + step;
-    const Scalar magnitude = std::fabs(u);
-    const Scalar e = math::Exp(Scalar{-2} * magnitude);
-    const Scalar quotient = Scalar{1} / (Scalar{1} + e);
-    const Scalar log_slope = Scalar{2} * (log2 - magnitude - math::Log(Scalar{1} + e));
-    log_prob[j] += Scalar{-0.5} * noise[j] * noise[j] - clamped - half_log_2_pi - log_slope;
     inside[j] = clamped == raw ? Scalar{1} : Scalar{0};
-    log_std[j] = step;
+    log_prob[j] += Scalar{-0.5} * noise[j] * noise[j] - clamped - half_log_2_pi;
+    log_std[j] = math::Exp(clamped) * noise[j];
+    mean[j] += log_std[j];
+  }
+  for (int j = 0; j < n; ++j) slope[j] = math::Exp(Scalar{-2} * std::fabs(mean[j]));
+  for (int j = 0; j < n; ++j) {
+    const Scalar e = slope[j];
+    const Scalar log_slope = Scalar{2} * (log2 - std::fabs(mean[j]) - math::Log(Scalar{1} + e));
+    const Scalar quotient = Scalar{1} / (Scalar{1} + e);
+    log_prob[j] -= log_slope;
     slope[j] = Scalar{4} * e * quotient * quotient;
-    mean[j] = std::copysign((Scalar{1} - e) * quotient, u);
+    mean[j] = std::copysign((Scalar{1} - e) * quotient, mean[j]);
   }
 }
 

@@ -78,8 +78,7 @@ void Td3<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, BatchFeede
   feeder->Pause();
   // y = R + discount min_i Q'_i(s', a')
   Scalar* target_q = work->q.data();
-  critics_.MinTargetQ(batch->next_input(first), n, &work->critics, target_q);
-  feeder->Pause();
+  critics_.MinTargetQ(batch->next_input(first), n, feeder, &work->critics, target_q);
   for (int j = 0; j < n; ++j) {
     target_q[j] = math::Fma(batch->discount(first + j), target_q[j], batch->reward(first + j));
   }

@@ -28,9 +28,11 @@ TwinCritic<Scalar>::TwinCritic(const MlpShape& shape, int input_stride, const st
       targets_{CopyWeights(mlp_, critics_[0].weights), CopyWeights(mlp_, critics_[1].weights)} {}
 
 template <typename Scalar>
-void TwinCritic<Scalar>::MinTargetQ(const Scalar* input, int n, Work* work, Scalar* q) const {
+void TwinCritic<Scalar>::MinTargetQ(const Scalar* input, int n, BatchFeeder* feeder, Work* work, Scalar* q) const {
   const Scalar* q1 = mlp_.Forward(targets_[0], input, n, &work->tape[0]);
+  feeder->Pause();
   const Scalar* q2 = mlp_.Forward(targets_[1], input, n, &work->tape[1]);
+  feeder->Pause();
   for (int j = 0; j < n; ++j) q[j] = q2[j] < q1[j] ? q2[j] : q1[j];
 }
 

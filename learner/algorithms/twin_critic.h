@@ -36,7 +36,7 @@ class TwinCritic {
   Work MakeWork() const { return Work(mlp_, action_size_); }
 
   /// min_i of the targets' Q_i: `q` [n].
-  void MinTargetQ(const Scalar* input, int n, Work* work, Scalar* q) const;
+  void MinTargetQ(const Scalar* input, int n, BatchFeeder* feeder, Work* work, Scalar* q) const;
 
   /// Adds the gradient of weight · ½ Σ_i Σ_j (Q_i − target_q_j)²; with
   /// kOverwrite, for the first samples of a batch, starts gradients and sums anew.
