@@ -3,22 +3,28 @@
 // `sac|td3/NET/BATCH` count as fraction_of_fma_peak = (FLOPs of the matrix products that one update executes) × updates
 // a second / (FLOPs a second of a register-only loop of fused multiply-adds of the same width). Both run in turns
 // of a few milliseconds, timed by the thread's CPU clock, and the medians over the turns count, so that the ratio holds
-// on a busy machine too.
+// on a busy machine too. With -DCAIRN_BENCH_TORCH=ON the same update in libtorch takes its turns as well, and
+// ratio_to_torch is ours over its.
 
 #include <benchmark/benchmark.h>
 #include <time.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <string>
 #include <vector>
 
+#include "common/core/check.h"
 #include "common/core/random.h"
 #include "common/nn/gemm.h"
 #include "common/nn/policy.h"
 #include "learner/algorithms/algorithm.h"
 #include "learner/replay/replay_buffer.h"
 #include "tests/benchmarks/fma_peak.h"
+#ifdef CAIRN_BENCH_TORCH
+#include "tests/benchmarks/torch_update.h"
+#endif
 #include "tests/learner/algorithms/pendulum_run.h"
 
 namespace cairn::learner {
@@ -121,7 +127,11 @@ void BM_Update(benchmark::State& state, LearnerConfig::Algorithm kind, int width
   algorithm->Update(replay, 4, 0.0);
   peak.Run(kPeakFlops);
 
-  std::vector<double> peak_rates, rates;
+#ifdef CAIRN_BENCH_TORCH
+  TorchUpdate torch(config, shape, replay);
+  torch.Update(4);
+#endif
+  std::vector<double> peak_rates, rates, torch_rates;
   for (auto _ : state) {
     const double start = CpuSeconds();
     const double peak_flops = peak.Run(kPeakFlops);
@@ -131,6 +141,10 @@ void BM_Update(benchmark::State& state, LearnerConfig::Algorithm kind, int width
     peak_rates.push_back(peak_flops / (middle - start));
     rates.push_back(turn / (end - middle));
     state.SetIterationTime(end - middle);
+#ifdef CAIRN_BENCH_TORCH
+    torch.Update(turn);
+    torch_rates.push_back(turn / (CpuSeconds() - end));
+#endif
   }
   const double peak_rate = Median(&peak_rates);
   const double rate = Median(&rates);
@@ -140,7 +154,15 @@ void BM_Update(benchmark::State& state, LearnerConfig::Algorithm kind, int width
   state.counters["fraction_counting_both_critics"] = rate * both_flops / peak_rate;
   state.counters["peak_gflops"] = peak_rate * 1e-9;
   state.counters["mflop_per_update"] = update_flops * 1e-6;
-  state.SetLabel(GemmTarget() + ", " + std::to_string(peak.width()) + "-bit peak");
+  std::string label = GemmTarget() + ", " + std::to_string(peak.width()) + "-bit peak";
+#ifdef CAIRN_BENCH_TORCH
+  CAIRN_CHECK(std::isfinite(torch.critic_loss()), "libtorch's critic loss is {}", torch.critic_loss());
+  const double torch_rate = Median(&torch_rates);
+  state.counters["torch_updates_per_s"] = torch_rate;
+  state.counters["ratio_to_torch"] = rate / torch_rate;
+  label += ", " + TorchVersion();
+#endif
+  state.SetLabel(label);
 }
 
 /// Segments of ten steps, three-step returns, the quadrotor's sizes, into a full ring of 500,000.
@@ -231,6 +253,9 @@ void RegisterUpdates() {
 }  // namespace cairn::learner
 
 int main(int argc, char** argv) {
+#ifdef CAIRN_BENCH_TORCH
+  cairn::learner::UseBestTorchSettings(argv);
+#endif
   cairn::learner::RegisterUpdates();
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
