@@ -88,7 +88,7 @@ class ReplayFeeder final : public BatchFeeder {
   }
 
  private:
-  static constexpr int kRowsAPause = 8;  // some 24 cache lines: as many misses as a core has under way
+  static constexpr int kRowsAPause = 16;  // some 50 cache lines: as many misses as a core has under way
   static constexpr int kFirstRows = 64;
 
   void Draw(int64_t update, std::vector<uint32_t>* rows) const {
