@@ -149,6 +149,7 @@ struct LearnerConfig {
   double target_noise_clip = 0.5;
   double action_noise = 0.1;
   double max_grad_norm = 0.0;
+  int update_threads = 1;
 
   bool operator==(const LearnerConfig&) const = default;
 };

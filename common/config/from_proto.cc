@@ -136,6 +136,7 @@ LearnerConfig Learner(const proto::Learner& message) {
   learner.target_noise_clip = message.target_noise_clip();
   learner.action_noise = message.action_noise();
   learner.max_grad_norm = message.max_grad_norm();
+  learner.update_threads = message.update_threads();
   return learner;
 }
 

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "common/nn/aligned_buffer.h"
-#include "common/nn/gemm.h"
 #include "learner/replay/replay_buffer.h"
 
 namespace cairn::learner {
@@ -19,6 +18,8 @@ class Chunks {
   int count() const { return (batch_size_ + chunk_ - 1) / chunk_; }
   int first(int c) const { return c * chunk_; }
   int size(int c) const { return c + 1 < count() ? chunk_ : batch_size_ - first(c); }
+  /// Where the share of `member` of `members` begins; the last one's ends at share_begin(members, members).
+  int share_begin(int member, int members) const { return count() * member / members; }
   /// The sizes that occur, ascending.
   std::vector<int> sizes() const;
 
@@ -26,9 +27,6 @@ class Chunks {
   int batch_size_;
   int chunk_;
 };
-
-/// How the gradient of the chunk that begins with sample `first` joins that of its batch.
-inline Accumulate StartOrAdd(int first) { return first == 0 ? Accumulate::kOverwrite : Accumulate::kAdd; }
 
 /// Floats from one sample of a batch to the next.
 int BatchStride(int observation_size, int action_size);

@@ -1,6 +1,8 @@
 #include "learner/algorithms/sac.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/core/check.h"
 #include "learner/algorithms/shapes.h"
@@ -18,17 +20,22 @@ Sac<Scalar>::Sac(const LearnerConfig& config, const PolicyShape& shape, uint64_t
                shape.action_size, seed),
       log_alpha_(std::log(config.initial_alpha)),
       alpha_adam_(1),
-      work_{MlpTape<Scalar>(policy_mlp_.shape(), policy_mlp_.max_columns()),
-            critics_.MakeWork(),
-            TanhGaussian<Scalar>(shape.action_size, policy_mlp_.max_columns()),
-            {},
-            {},
-            {}} {
+      team_(std::min(config.update_threads, chunks_.count())) {
   CAIRN_CHECK(shape.head == PolicyShape::Head::kGaussian && policy_.weights.values.size() == shape.num_parameters());
-  const auto samples = static_cast<size_t>(work_.head.stride());
-  work_.q = AlignedBuffer<Scalar>(samples);
-  work_.d_action = AlignedBuffer<Scalar>(samples * action_size_);
-  work_.d_output = AlignedBuffer<Scalar>(2 * samples * action_size_);
+  for (int member = 0; member < team_.size(); ++member) works_.push_back(MakeWork(member));
+}
+
+template <typename Scalar>
+typename Sac<Scalar>::Work Sac<Scalar>::MakeWork(int member) const {
+  TanhGaussian<Scalar> head(action_size_, policy_mlp_.max_columns());
+  const auto samples = static_cast<size_t>(head.stride());
+  return {MlpTape<Scalar>(policy_mlp_.shape(), policy_mlp_.max_columns()),
+          member > 0 ? policy_mlp_.MakeGradientBuffer() : AlignedBuffer<Scalar>(),
+          critics_.MakeWork(member),
+          std::move(head),
+          AlignedBuffer<Scalar>(samples),
+          AlignedBuffer<Scalar>(samples * action_size_),
+          AlignedBuffer<Scalar>(2 * samples * action_size_)};
 }
 
 template <typename Scalar>
@@ -56,7 +63,7 @@ UpdateInfo Sac<Scalar>::Update(Batch<Scalar>* batch, double learning_rate, Batch
   }
   critics_.UpdateTargets(config_.tau);
 
-  info.mean_q = work_.critics.q / (2.0 * batch->size());
+  info.mean_q = works_[0].critics.q / (2.0 * batch->size());
   info.mean_log_prob = mean_log_prob_;
   info.num_actor_updates = 1;
   return info;
@@ -64,15 +71,20 @@ UpdateInfo Sac<Scalar>::Update(Batch<Scalar>* batch, double learning_rate, Batch
 
 template <typename Scalar>
 double Sac<Scalar>::CriticLoss(Batch<Scalar>* batch, BatchFeeder* feeder) {
-  for (int c = 0; c < chunks_.count(); ++c) {
-    feeder->Need(chunks_.first(c), chunks_.size(c));
-    CriticChunk(batch, chunks_.first(c), chunks_.size(c), feeder, &work_);
-  }
-  return 0.5 * work_.critics.squared_error / batch->size();
+  if (team_.size() > 1) feeder->Need(0, batch->size());
+  ForChunks(&team_, chunks_, feeder, &works_,
+            [&](int first, int n, Accumulate accumulate, BatchFeeder* part, Work* work) {
+              part->Need(first, n);
+              CriticChunk(batch, first, n, accumulate, part, work);
+            });
+  auto& sum = works_[0].critics;
+  for (size_t t = 1; t < works_.size(); ++t) critics_.AddRegression(works_[t].critics, &sum);
+  return 0.5 * sum.squared_error / batch->size();
 }
 
 template <typename Scalar>
-void Sac<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, BatchFeeder* feeder, Work* work) {
+void Sac<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, BatchFeeder* feeder,
+                              Work* work) {
   // a' ~ π(·|s')
   const Scalar* y = policy_mlp_.Forward(policy_.weights, batch->next_input(first), n, &work->policy_tape);
   feeder->Pause();
@@ -87,23 +99,30 @@ void Sac<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, BatchFeede
     target_q[j] = batch->reward(first + j) + batch->discount(first + j) * (target_q[j] - entropy_weight * log_prob[j]);
   }
   // J_Q = ½ mean (Q_i(s, a) − y)²
-  critics_.Regress(batch->input(first), target_q, n, Scalar{1} / static_cast<Scalar>(batch->size()), StartOrAdd(first),
-                   feeder, &work->critics);
+  critics_.Regress(batch->input(first), target_q, n, Scalar{1} / static_cast<Scalar>(batch->size()), accumulate, feeder,
+                   &work->critics);
 }
 
 template <typename Scalar>
 double Sac<Scalar>::ActorLoss(Batch<Scalar>* batch) {
-  work_.actor_loss = 0;
-  work_.log_prob = 0;
-  for (int c = 0; c < chunks_.count(); ++c) {
-    ActorChunk(batch, chunks_.first(c), chunks_.size(c), &work_);
+  for (Work& work : works_) work.actor_loss = work.log_prob = 0;
+  BatchFeeder complete;
+  ForChunks(&team_, chunks_, &complete, &works_,
+            [&](int first, int n, Accumulate accumulate, BatchFeeder*, Work* work) {
+              ActorChunk(batch, first, n, accumulate, work);
+            });
+  Work& sum = works_[0];
+  for (size_t t = 1; t < works_.size(); ++t) {
+    AddGradient(works_[t].policy_gradient, &policy_.gradient);
+    sum.actor_loss += works_[t].actor_loss;
+    sum.log_prob += works_[t].log_prob;
   }
-  mean_log_prob_ = work_.log_prob / batch->size();
-  return work_.actor_loss / batch->size();
+  mean_log_prob_ = sum.log_prob / batch->size();
+  return sum.actor_loss / batch->size();
 }
 
 template <typename Scalar>
-void Sac<Scalar>::ActorChunk(Batch<Scalar>* batch, int first, int n, Work* work) {
+void Sac<Scalar>::ActorChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work) {
   // a ~ π(·|s), reparameterised; it takes the place of the stored action.
   const Scalar* y = policy_mlp_.Forward(policy_.weights, batch->input(first), n, &work->policy_tape);
   work->head.Sample(y, n, batch->noise() + first, batch->size(), batch->action(first), batch->stride());
@@ -118,8 +137,8 @@ void Sac<Scalar>::ActorChunk(Batch<Scalar>* batch, int first, int n, Work* work)
   critics_.ActionGradient(&work->critics, work->d_action.data(), work->head.stride());
   work->head.Backward(work->d_action.data(), n, static_cast<Scalar>(entropy_weight),
                       Scalar{1} / static_cast<Scalar>(batch->size()), work->d_output.data());
-  policy_mlp_.Backward(policy_.weights, batch->input(first), work->d_output.data(), n, StartOrAdd(first),
-                       &work->policy_tape, &policy_.gradient);
+  policy_mlp_.Backward(policy_.weights, batch->input(first), work->d_output.data(), n, accumulate, &work->policy_tape,
+                       GradientOf(&policy_, &work->policy_gradient));
 }
 
 template <typename Scalar>

@@ -4,6 +4,7 @@
 #include <functional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "common/config/experiment.h"
 #include "common/nn/policy.h"
@@ -12,6 +13,7 @@
 #include "learner/algorithms/tanh_gaussian.h"
 #include "learner/algorithms/trained_mlp.h"
 #include "learner/algorithms/twin_critic.h"
+#include "learner/algorithms/update_team.h"
 
 namespace cairn::learner {
 
@@ -52,6 +54,7 @@ class Sac {
   /// What belongs to one thread.
   struct Work {
     MlpTape<Scalar> policy_tape;
+    AlignedBuffer<Scalar> policy_gradient;  // empty in the first thread's (GradientOf)
     typename TwinCritic<Scalar>::Work critics;
     TanhGaussian<Scalar> head;
     AlignedBuffer<Scalar> q;         // [samples]
@@ -61,8 +64,9 @@ class Sac {
     double log_prob = 0;
   };
 
-  void CriticChunk(Batch<Scalar>* batch, int first, int n, BatchFeeder* feeder, Work* work);
-  void ActorChunk(Batch<Scalar>* batch, int first, int n, Work* work);
+  Work MakeWork(int member) const;
+  void CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, BatchFeeder* feeder, Work* work);
+  void ActorChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work);
 
   LearnerConfig config_;
   int action_size_;
@@ -73,7 +77,8 @@ class Sac {
   double log_alpha_;
   Adam<double> alpha_adam_;
   double mean_log_prob_ = 0;  // of the last ActorLoss
-  Work work_;
+  std::vector<Work> works_;   // one a thread
+  UpdateTeam team_;
 };
 
 extern template class Sac<float>;

@@ -27,27 +27,31 @@ Td3<Scalar>::Td3(const LearnerConfig& config, const PolicyShape& shape, uint64_t
       policy_target_(CopyWeights(policy_mlp_, policy_.weights)),
       critics_(CriticMlpShape(shape), BatchStride(shape.observation_size, shape.action_size), chunks_.sizes(),
                shape.action_size, seed),
-      work_{MlpTape<Scalar>(policy_mlp_.shape(), policy_mlp_.max_columns()),
-            critics_.MakeWork(),
-            (policy_mlp_.max_columns() + 15) / 16 * 16,
-            {},
-            {},
-            {},
-            {}} {
+      team_(std::min(config.update_threads, chunks_.count())) {
   CAIRN_CHECK(shape.head == PolicyShape::Head::kDeterministic &&
               policy_.weights.values.size() == shape.num_parameters());
-  const auto samples = static_cast<size_t>(work_.stride);
-  work_.q = AlignedBuffer<Scalar>(samples);
-  work_.action = AlignedBuffer<Scalar>(samples * action_size_);
-  work_.d_action = AlignedBuffer<Scalar>(samples * action_size_);
-  work_.d_output = AlignedBuffer<Scalar>(samples * action_size_);
+  for (int member = 0; member < team_.size(); ++member) works_.push_back(MakeWork(member));
+}
+
+template <typename Scalar>
+typename Td3<Scalar>::Work Td3<Scalar>::MakeWork(int member) const {
+  const int stride = (policy_mlp_.max_columns() + 15) / 16 * 16;
+  const auto samples = static_cast<size_t>(stride);
+  return {MlpTape<Scalar>(policy_mlp_.shape(), policy_mlp_.max_columns()),
+          member > 0 ? policy_mlp_.MakeGradientBuffer() : AlignedBuffer<Scalar>(),
+          critics_.MakeWork(member),
+          stride,
+          AlignedBuffer<Scalar>(samples),
+          AlignedBuffer<Scalar>(samples * action_size_),
+          AlignedBuffer<Scalar>(samples * action_size_),
+          AlignedBuffer<Scalar>(samples * action_size_)};
 }
 
 template <typename Scalar>
 UpdateInfo Td3<Scalar>::Update(Batch<Scalar>* batch, double learning_rate, BatchFeeder* feeder) {
   UpdateInfo info;
   info.critic_loss = CriticLoss(batch, feeder);
-  info.mean_q = work_.critics.q / (2.0 * batch->size());
+  info.mean_q = works_[0].critics.q / (2.0 * batch->size());
   CheckFinite(info.critic_loss, "critic_loss");
   critics_.Step(learning_rate, config_.max_grad_norm);
   if (++num_updates_ % config_.policy_delay != 0) return info;
@@ -65,15 +69,20 @@ UpdateInfo Td3<Scalar>::Update(Batch<Scalar>* batch, double learning_rate, Batch
 
 template <typename Scalar>
 double Td3<Scalar>::CriticLoss(Batch<Scalar>* batch, BatchFeeder* feeder) {
-  for (int c = 0; c < chunks_.count(); ++c) {
-    feeder->Need(chunks_.first(c), chunks_.size(c));
-    CriticChunk(batch, chunks_.first(c), chunks_.size(c), feeder, &work_);
-  }
-  return work_.critics.squared_error / batch->size();
+  if (team_.size() > 1) feeder->Need(0, batch->size());
+  ForChunks(&team_, chunks_, feeder, &works_,
+            [&](int first, int n, Accumulate accumulate, BatchFeeder* part, Work* work) {
+              part->Need(first, n);
+              CriticChunk(batch, first, n, accumulate, part, work);
+            });
+  auto& sum = works_[0].critics;
+  for (size_t t = 1; t < works_.size(); ++t) critics_.AddRegression(works_[t].critics, &sum);
+  return sum.squared_error / batch->size();
 }
 
 template <typename Scalar>
-void Td3<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, BatchFeeder* feeder, Work* work) {
+void Td3<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, BatchFeeder* feeder,
+                              Work* work) {
   SmoothedTargetAction(batch, first, n, work);
   feeder->Pause();
   // y = R + discount min_i Q'_i(s', a')
@@ -83,8 +92,8 @@ void Td3<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, BatchFeede
     target_q[j] = math::Fma(batch->discount(first + j), target_q[j], batch->reward(first + j));
   }
   // mean (Q_i(s, a) − y)²
-  critics_.Regress(batch->input(first), target_q, n, Scalar{2} / static_cast<Scalar>(batch->size()), StartOrAdd(first),
-                   feeder, &work->critics);
+  critics_.Regress(batch->input(first), target_q, n, Scalar{2} / static_cast<Scalar>(batch->size()), accumulate, feeder,
+                   &work->critics);
 }
 
 // a' = clip(π'(s') + clip(ε, −c, c), −1, 1), ε ~ N(0, σ)
@@ -105,15 +114,22 @@ void Td3<Scalar>::SmoothedTargetAction(Batch<Scalar>* batch, int first, int n, W
 
 template <typename Scalar>
 double Td3<Scalar>::ActorLoss(Batch<Scalar>* batch) {
-  work_.actor_loss = 0;
-  for (int c = 0; c < chunks_.count(); ++c) {
-    ActorChunk(batch, chunks_.first(c), chunks_.size(c), &work_);
+  for (Work& work : works_) work.actor_loss = 0;
+  BatchFeeder complete;
+  ForChunks(&team_, chunks_, &complete, &works_,
+            [&](int first, int n, Accumulate accumulate, BatchFeeder*, Work* work) {
+              ActorChunk(batch, first, n, accumulate, work);
+            });
+  Work& sum = works_[0];
+  for (size_t t = 1; t < works_.size(); ++t) {
+    AddGradient(works_[t].policy_gradient, &policy_.gradient);
+    sum.actor_loss += works_[t].actor_loss;
   }
-  return work_.actor_loss / batch->size();
+  return sum.actor_loss / batch->size();
 }
 
 template <typename Scalar>
-void Td3<Scalar>::ActorChunk(Batch<Scalar>* batch, int first, int n, Work* work) {
+void Td3<Scalar>::ActorChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work) {
   const Scalar* y = policy_mlp_.Forward(policy_.weights, batch->input(first), n, &work->policy_tape);
   for (int i = 0; i < n * action_size_; ++i) work->action[i] = math::Tanh(y[i]);
   for (int j = 0; j < n; ++j) std::copy_n(&work->action[j * action_size_], action_size_, batch->action(first + j));
@@ -130,8 +146,8 @@ void Td3<Scalar>::ActorChunk(Batch<Scalar>* batch, int first, int n, Work* work)
           weight * work->d_action[static_cast<size_t>(a) * work->stride + j] * (Scalar{1} - action * action);
     }
   }
-  policy_mlp_.Backward(policy_.weights, batch->input(first), work->d_output.data(), n, StartOrAdd(first),
-                       &work->policy_tape, &policy_.gradient);
+  policy_mlp_.Backward(policy_.weights, batch->input(first), work->d_output.data(), n, accumulate, &work->policy_tape,
+                       GradientOf(&policy_, &work->policy_gradient));
 }
 
 template <typename Scalar>

@@ -4,6 +4,7 @@
 #include <functional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "common/config/experiment.h"
 #include "common/nn/policy.h"
@@ -11,6 +12,7 @@
 #include "learner/algorithms/batch.h"
 #include "learner/algorithms/trained_mlp.h"
 #include "learner/algorithms/twin_critic.h"
+#include "learner/algorithms/update_team.h"
 
 namespace cairn::learner {
 
@@ -47,6 +49,7 @@ class Td3 {
   /// What belongs to one thread.
   struct Work {
     MlpTape<Scalar> policy_tape;
+    AlignedBuffer<Scalar> policy_gradient;  // empty in the first thread's (GradientOf)
     typename TwinCritic<Scalar>::Work critics;
     int stride;
     AlignedBuffer<Scalar> q;         // [samples]
@@ -56,9 +59,10 @@ class Td3 {
     double actor_loss = 0;           // sum over the batch
   };
 
-  void CriticChunk(Batch<Scalar>* batch, int first, int n, BatchFeeder* feeder, Work* work);
+  Work MakeWork(int member) const;
+  void CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, BatchFeeder* feeder, Work* work);
   void SmoothedTargetAction(Batch<Scalar>* batch, int first, int n, Work* work);
-  void ActorChunk(Batch<Scalar>* batch, int first, int n, Work* work);
+  void ActorChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work);
 
   LearnerConfig config_;
   int action_size_;
@@ -68,7 +72,8 @@ class Td3 {
   MlpWeights<Scalar> policy_target_;
   TwinCritic<Scalar> critics_;
   int64_t num_updates_ = 0;
-  Work work_;
+  std::vector<Work> works_;  // one a thread
+  UpdateTeam team_;
 };
 
 extern template class Td3<float>;

@@ -24,6 +24,18 @@ struct TrainedMlp {
   Adam<Scalar> adam;
 };
 
+/// Where a thread adds up its gradient: the first thread, whose `own` is empty, in the network's buffer.
+template <typename Scalar>
+AlignedBuffer<Scalar>* GradientOf(TrainedMlp<Scalar>* network, AlignedBuffer<Scalar>* own) {
+  return own->size() > 0 ? own : &network->gradient;
+}
+
+/// sum += part.
+template <typename Scalar>
+void AddGradient(const AlignedBuffer<Scalar>& part, AlignedBuffer<Scalar>* sum) {
+  for (size_t i = 0; i < part.size(); ++i) (*sum)[i] += part[i];
+}
+
 /// A target network's start.
 template <typename Scalar>
 MlpWeights<Scalar> CopyWeights(const Mlp<Scalar>& mlp, const MlpWeights<Scalar>& from) {

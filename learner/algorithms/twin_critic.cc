@@ -12,11 +12,13 @@ size_t Padded(int samples) { return static_cast<size_t>((samples + 15) / 16 * 16
 }  // namespace
 
 template <typename Scalar>
-TwinCritic<Scalar>::Work::Work(const Mlp<Scalar>& mlp, int action_size)
+TwinCritic<Scalar>::Work::Work(const Mlp<Scalar>& mlp, int action_size, bool own_gradient)
     : tape{MlpTape<Scalar>(mlp.shape(), mlp.max_columns()), MlpTape<Scalar>(mlp.shape(), mlp.max_columns())},
       error(Padded(mlp.max_columns())),
       d_input(Padded(mlp.max_columns()) * action_size) {
   for (auto& samples : chosen) samples = AlignedBuffer<int>(Padded(mlp.max_columns()));
+  if (!own_gradient) return;
+  for (auto& g : gradient) g = mlp.MakeGradientBuffer();
 }
 
 template <typename Scalar>
@@ -49,9 +51,17 @@ void TwinCritic<Scalar>::Regress(const Scalar* input, const Scalar* target_q, in
       work->q += static_cast<double>(q[j]);
       work->error[j] = weight * error;
     }
-    mlp_.Backward(critics_[i].weights, input, work->error.data(), n, accumulate, &work->tape[i], &critics_[i].gradient);
+    mlp_.Backward(critics_[i].weights, input, work->error.data(), n, accumulate, &work->tape[i],
+                  GradientOf(&critics_[i], &work->gradient[i]));
     feeder->Pause();
   }
+}
+
+template <typename Scalar>
+void TwinCritic<Scalar>::AddRegression(const Work& part, Work* sum) {
+  for (int i = 0; i < 2; ++i) AddGradient(part.gradient[i], &critics_[i].gradient);
+  sum->squared_error += part.squared_error;
+  sum->q += part.q;
 }
 
 template <typename Scalar>

@@ -20,20 +20,22 @@ class TwinCritic {
  public:
   /// What belongs to one thread.
   struct Work {
-    Work(const Mlp<Scalar>& mlp, int action_size);
+    Work(const Mlp<Scalar>& mlp, int action_size, bool own_gradient);
 
     std::array<MlpTape<Scalar>, 2> tape;
     std::array<AlignedBuffer<int>, 2> chosen;  // samples of the last FirstQ or MinQ by the critic that gave the value
     std::array<int, 2> num_chosen{};
-    AlignedBuffer<Scalar> error;    // [samples]
-    AlignedBuffer<Scalar> d_input;  // [action_size × samples]
-    double squared_error = 0;       // sums over the batch's samples and both critics
+    AlignedBuffer<Scalar> error;                    // [samples]
+    AlignedBuffer<Scalar> d_input;                  // [action_size × samples]
+    std::array<AlignedBuffer<Scalar>, 2> gradient;  // of the critics; empty in the first thread's (GradientOf)
+    double squared_error = 0;                       // sums over the samples and both critics
     double q = 0;
   };
 
   TwinCritic(const MlpShape& shape, int input_stride, const std::vector<int>& columns, int action_size, uint64_t seed);
 
-  Work MakeWork() const { return Work(mlp_, action_size_); }
+  /// For thread `member`, from 0 on.
+  Work MakeWork(int member) const { return Work(mlp_, action_size_, member > 0); }
 
   /// min_i of the targets' Q_i: `q` [n].
   void MinTargetQ(const Scalar* input, int n, BatchFeeder* feeder, Work* work, Scalar* q) const;
@@ -42,6 +44,9 @@ class TwinCritic {
   /// kOverwrite, for the first samples of a batch, starts gradients and sums anew.
   void Regress(const Scalar* input, const Scalar* target_q, int n, Scalar weight, Accumulate accumulate,
                BatchFeeder* feeder, Work* work);
+
+  /// Adds what other threads' Regress left in `part` to the first thread's `sum`.
+  void AddRegression(const Work& part, Work* sum);
 
   /// One step of both optimizers after the last Regress of a batch.
   void Step(double learning_rate, double max_grad_norm);

@@ -79,6 +79,14 @@ Segment RandomSegment(int steps, int observations, int actions, uint32_t index) 
   return segment;
 }
 
+ReplayBuffer FullReplay() {
+  ReplayBuffer replay(kReplayRows, kObservations, kActions, 3, 0.99);
+  while (replay.num_inserted() < kReplayRows) {
+    replay.Insert(RandomSegment(100, kObservations, kActions, static_cast<uint32_t>(replay.num_inserted())));
+  }
+  return replay;
+}
+
 /// Multiply-adds of the matrix products of one network and one sample.
 struct Products {
   double forward = 0;   // all layers
@@ -117,10 +125,7 @@ void BM_Update(benchmark::State& state, LearnerConfig::Algorithm kind, int width
   const LearnerConfig config = MakeConfig(kind, width, batch_size);
   const PolicyShape shape = MakeShape(config, kObservations, kActions);
   const auto algorithm = MakeAlgorithm(config, shape, 1);
-  ReplayBuffer replay(kReplayRows, kObservations, kActions, 3, 0.99);
-  while (replay.num_inserted() < kReplayRows) {
-    replay.Insert(RandomSegment(100, kObservations, kActions, static_cast<uint32_t>(replay.num_inserted())));
-  }
+  const ReplayBuffer replay = FullReplay();
   FmaPeak peak(GemmTarget());
   const double update_flops = 2.0 * MultiplyAdds(config, shape, false) * batch_size;
   const int turn = 2 * (1 + static_cast<int>(kUpdateFlops / update_flops / 2));  // even: TD3's policy delay
@@ -199,6 +204,32 @@ void BM_Inference(benchmark::State& state) {
       benchmark::Counter(static_cast<double>(state.iterations()) * vehicles, benchmark::Counter::kIsRate);
 }
 
+/// Updates by `threads` threads in turns with the same by one, timed by the wall clock: how much faster they are.
+void BM_Threads(benchmark::State& state, LearnerConfig::Algorithm kind, int width, int batch_size, int threads) {
+  LearnerConfig config = MakeConfig(kind, width, batch_size);
+  const PolicyShape shape = MakeShape(config, kObservations, kActions);
+  const auto alone = MakeAlgorithm(config, shape, 1);
+  config.update_threads = threads;
+  const auto team = MakeAlgorithm(config, shape, 1);
+  const ReplayBuffer replay = FullReplay();
+  const int turn = 2 * (1 + static_cast<int>(kUpdateFlops / MultiplyAdds(config, shape, false) / batch_size / 4));
+  using Clock = std::chrono::steady_clock;
+  std::vector<double> alone_times, team_times;
+  for (auto _ : state) {
+    const auto start = Clock::now();
+    alone->Update(replay, turn, 0.0);
+    const auto middle = Clock::now();
+    team->Update(replay, turn, 0.0);
+    const auto end = Clock::now();
+    alone_times.push_back(std::chrono::duration<double>(middle - start).count());
+    team_times.push_back(std::chrono::duration<double>(end - middle).count());
+    state.SetIterationTime(team_times.back());
+  }
+  const double team_time = Median(&team_times);
+  state.counters["updates_per_s"] = turn / team_time;
+  state.counters["speedup"] = Median(&alone_times) / team_time;
+}
+
 /// A whole run of SAC on Pendulum-v1 in one thread: 10,000 steps of environment, policy and replay, one update of
 /// critics, policy and alpha a step.
 void BM_Pendulum(benchmark::State& state) {
@@ -240,6 +271,11 @@ void RegisterUpdates() {
       benchmark::RegisterBenchmark(
           name.c_str(),
           [algorithm, size](benchmark::State& state) { BM_Update(state, algorithm, size.width, size.batch_size); })
+          ->UseManualTime()
+          ->Unit(benchmark::kMillisecond);
+      benchmark::RegisterBenchmark(
+          (name + "/threads:2").c_str(),
+          [algorithm, size](benchmark::State& state) { BM_Threads(state, algorithm, size.width, size.batch_size, 2); })
           ->UseManualTime()
           ->Unit(benchmark::kMillisecond);
     }

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -53,6 +54,28 @@ TEST_P(AlgorithmTest, SameSeedSameBits) {
   EXPECT_EQ(
       std::memcmp(a->policy_parameters().data(), b->policy_parameters().data(), a->policy_parameters().size_bytes()),
       0);
+}
+
+TEST_P(AlgorithmTest, ThreadsShareAnUpdateWithoutChance) {
+  config_.batch_size = 700;  // six chunks
+  const auto alone = Make(1);
+  alone->Update(replay_, 20, 0.0);
+  const std::span<const float> expected = alone->policy_parameters();
+  for (int threads : {2, 3, 4, 64}) {
+    config_.update_threads = threads;
+    const auto a = Make(1), b = Make(1);
+    a->Update(replay_, 20, 0.0);
+    b->Update(replay_, 20, 0.0);
+    EXPECT_EQ(a->WeightsCrc32c(), b->WeightsCrc32c()) << threads;
+    EXPECT_NEAR(a->TakeInfo().critic_loss, b->TakeInfo().critic_loss, 0.0);
+    double difference = 0, norm = 0;
+    for (size_t i = 0; i < expected.size(); ++i) {
+      const double d = a->policy_parameters()[i] - expected[i];
+      difference += d * d;
+      norm += double{expected[i]} * expected[i];
+    }
+    EXPECT_LT(std::sqrt(difference / norm), 1e-4) << threads;
+  }
 }
 
 TEST_P(AlgorithmTest, WeightsCrcSeesEveryUpdate) {

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "common/nn/gemm.h"
+#include "learner/algorithms/batch.h"
+
+namespace cairn::learner {
+
+/// The threads that share the arithmetic of an update: the caller's and size − 1 others, which sleep in between and
+/// never spin, so that a core that is taken costs no more than its share. Used by one thread.
+class UpdateTeam {
+ public:
+  explicit UpdateTeam(int size);
+
+  int size() const { return size_; }
+
+  /// Calls f(0), …, f(size − 1) at once, f(0) on the caller's thread, and returns when all have returned. f must not
+  /// throw.
+  template <typename F>
+  void Run(F&& f) {
+    Run([](void* context, int member) { (*static_cast<F*>(context))(member); }, &f);
+  }
+
+ private:
+  using Function = void (*)(void* context, int member);
+  void Run(Function function, void* context);
+  void Work(const std::stop_token& stop, int member);
+
+  int size_;
+  std::mutex mutex_;  // of the five below
+  std::condition_variable_any start_, done_;
+  Function function_ = nullptr;
+  void* context_ = nullptr;
+  int64_t round_ = 0;
+  int running_ = 0;
+  std::vector<std::jthread> threads_;  // last: they end before what they use
+};
+
+/// Calls f(first, n, accumulate, feeder, work) for all chunks of a batch: each member of the team takes adjacent ones
+/// in ascending order, with its own of `works`, and `accumulate` tells its first from the others. The feeder that f
+/// gets may be asked for its samples as if there were one thread.
+template <typename Work, typename F>
+void ForChunks(UpdateTeam* team, const Chunks& chunks, BatchFeeder* feeder, std::vector<Work>* works, F f) {
+  class PausesOnly final : public BatchFeeder {
+   public:
+    explicit PausesOnly(BatchFeeder* whole) : whole_(whole) {}
+    void Pause() override {
+      if (whole_ != nullptr) whole_->Pause();
+    }
+
+   private:
+    BatchFeeder* whole_;
+  };
+  team->Run([&](int member) {
+    PausesOnly pauses(member == 0 ? feeder : nullptr);  // one thread only may touch the feeder
+    BatchFeeder* const used = team->size() == 1 ? feeder : &pauses;
+    const int begin = chunks.share_begin(member, team->size()), end = chunks.share_begin(member + 1, team->size());
+    for (int c = begin; c < end; ++c) {
+      f(chunks.first(c), chunks.size(c), c == begin ? Accumulate::kOverwrite : Accumulate::kAdd, used,
+        &(*works)[member]);
+    }
+  });
+}
+
+}  // namespace cairn::learner
