@@ -49,6 +49,7 @@ void Learner::Run() {
   if (coordinator_.WaitForFleet()) {
     log::Info("training starts: {} actors, policy {}", options_.num_actors, shape_.ToString());
     training_ = true;
+    report_.Telemetry(Counters("training"));
     try {
       experiment_.schedule == Schedule::kLockstep ? RunLockstep() : RunAsync();
     } catch (const Error& error) {
@@ -319,9 +320,16 @@ PolicyFile Learner::ToFile(const PolicySnapshot& snapshot) const {
   return {shape_, snapshot.parameters, snapshot.version, snapshot.env_steps, options_.experiment_hash};
 }
 
-void Learner::SaveSnapshot(const PolicySnapshot& snapshot, const std::string& name) const {
-  if (options_.run_dir.empty()) return;
-  SavePolicy(ToFile(snapshot), CheckpointDirectory(options_.run_dir) + "/" + name);
+// What went wrong; the run's other results shall not be lost with it.
+std::string Learner::TrySave(const PolicySnapshot& snapshot, const std::string& name) const {
+  if (options_.run_dir.empty()) return "";
+  try {
+    SavePolicy(ToFile(snapshot), CheckpointDirectory(options_.run_dir) + "/" + name);
+    return "";
+  } catch (const Error& error) {
+    log::Error("{}", error.what());
+    return error.what();
+  }
 }
 
 RunCounters Learner::Counters(const char* phase) {
@@ -344,7 +352,7 @@ RunCounters Learner::Counters(const char* phase) {
 void Learner::FinishRun() {
   const PolicySnapshot last = Snapshot();
   if (checkpointer_) checkpointer_->Wait();  // it writes the same files
-  SaveSnapshot(last, "last.policy");
+  std::string failure = TrySave(last, "last.policy");
   report_.TrainingEnded(Counters("testing"));
   RunResult result;
   if (env_steps_ >= experiment_.total_env_steps) {
@@ -353,13 +361,14 @@ void Learner::FinishRun() {
       completed_ = true;
     }
   }
-  if (evaluation_.best()) SaveSnapshot(*evaluation_.best(), "best.policy");
+  if (evaluation_.best()) failure += TrySave(*evaluation_.best(), "best.policy");
   result.completed = completed_;
   result.policy_tested = evaluation_.best() ? "best" : "last";
   result.weights_crc32c = algorithm_->WeightsCrc32c();
   report_.Finish(Counters(completed_ ? "finished" : "stopped"), result);
   audit_.Flush();
   coordinator_.Finish();
+  if (!failure.empty()) ThrowError("{}", failure);
 }
 
 }  // namespace cairn::learner

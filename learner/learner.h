@@ -70,7 +70,7 @@ class Learner {
   void WriteDiagnostic(const std::string& error);
   RunCounters Counters(const char* phase);
   PolicySnapshot Snapshot() const;
-  void SaveSnapshot(const PolicySnapshot& snapshot, const std::string& name) const;
+  std::string TrySave(const PolicySnapshot& snapshot, const std::string& name) const;
   double run_share() const {
     return static_cast<double>(env_steps_) / static_cast<double>(experiment_.total_env_steps);
   }

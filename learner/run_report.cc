@@ -170,7 +170,10 @@ void RunReport::Telemetry(const RunCounters& counters) {
   last_telemetry_ = now;
   const double seconds = std::chrono::duration<double>(now - rate_time_).count();
   if (rate_from_.phase != counters.phase) {
-    if (counters.phase == "training") training_started_s_ = wall_s();
+    if (counters.phase == "training") {
+      training_started_s_ = wall_s();
+      started_ = counters;
+    }
     rate_from_ = counters;
     rate_time_ = now;
   } else if (seconds >= kRateWindow_s) {
@@ -241,8 +244,8 @@ void RunReport::Finish(const RunCounters& counters, const RunResult& result) {
   json["transitions_lost"] = counters.stream.transitions_lost;
   json["transitions_duplicate"] = counters.stream.transitions_duplicate;
   json["transitions_rolled_back"] = counters.rolled_back;
-  json["env_steps_per_s"] = Rate(0, counters.env_steps, training_s);
-  json["updates_per_s"] = Rate(0, counters.updates, training_s);
+  json["env_steps_per_s"] = Rate(started_.env_steps, counters.env_steps, training_s);
+  json["updates_per_s"] = Rate(started_.updates, counters.updates, training_s);
   json["policy_lag_mean"] = MeanLag(counters.stream);
   json["seed"] = experiment_.seed;
   json["deterministic"] = experiment_.schedule == Schedule::kLockstep && !counters.stream.disturbed;

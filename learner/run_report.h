@@ -92,6 +92,7 @@ class RunReport {
   TimePoint rate_time_{};
   double env_steps_per_s_ = 0;
   double updates_per_s_ = 0;
+  RunCounters started_;  // when training began in this process
   double training_started_s_ = -1;
   double training_ended_s_ = -1;
 };
