@@ -247,8 +247,9 @@ void Learner::SaveCheckpoint(const Harvest& harvest) {
                                  [](const VehicleState& v) { return !v.environment.empty(); });
   if (lockstep && !whole) return log::Warning("no checkpoint at {} env steps: states are missing", env_steps_);
   checkpointer_->Wait();
-  checkpointer_->Write(State(harvest), &replay_);
   last_checkpoint_ = Clock::now();
+  checkpointer_->Write(State(harvest), &replay_);
+  log::Info("checkpoint at {} env steps handed over in {:.2f} ms", env_steps_, 1e3 * SecondsSince(last_checkpoint_));
 }
 
 RunState Learner::State(const Harvest& harvest) {

@@ -123,7 +123,6 @@ void Checkpointer::Run(const std::stop_token&) {
     } else {
       log::Error("checkpoint at {} env steps failed, the older ones stay: {}", state.env_steps, error);
     }
-    status_.duration_s = SecondsSince(start);
     status_.error = error;
     busy_ = false;
     changed_.notify_all();

@@ -19,7 +19,6 @@ namespace cairn::learner {
 struct CheckpointStatus {
   int64_t env_steps = -1;  ///< of the newest one on disk; −1: none
   int64_t written = 0;     ///< by this process
-  double duration_s = 0;   ///< of the newest write
   std::string error;       ///< why the newest try failed; empty when it did not
 };
 
