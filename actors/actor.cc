@@ -5,7 +5,6 @@
 
 #include "actors/controllers/policy_controller.h"
 #include "actors/evaluation.h"
-#include "actors/experience_batcher.h"
 #include "common/bus/frame.h"
 #include "common/core/check.h"
 #include "common/core/log.h"
@@ -48,6 +47,8 @@ void Actor::Subscribe() {
                            [this](const Control& control, const FrameInfo&) { OnControl(control); });
   bus_->Subscribe<PolicyChunk>(Plane::kControl, kPolicyChannel,
                                [this](const PolicyChunk& chunk, const FrameInfo&) { policies_.Add(chunk); });
+  bus_->Subscribe<AssignedState>(Plane::kControl, kStateChannel,
+                                 [this](const AssignedState& state, const FrameInfo&) { OnState(state); });
   bus_->CheckPlanes();
 }
 
@@ -78,7 +79,13 @@ void Actor::OnWelcome(const Welcome& welcome) {
   if (welcome.status != Welcome::Status::kAccepted) return;
   if (welcome_ && welcome.assignment <= welcome_->assignment) return;
   welcome_ = welcome;
+  states_.Clear();
   policies_.SetIncarnation(welcome.incarnation);
+}
+
+void Actor::OnState(const AssignedState& state) {
+  if (!welcome_ || state.session != welcome_->session || state.assignment != welcome_->assignment) return;
+  if (state.assignment > assignment_done_) states_.Add(state.piece);
 }
 
 void Actor::OnControl(const Control& control) {
@@ -127,18 +134,32 @@ bool Actor::ReceiveTable() {
     log::Info("cost table {:016x}: longest cost {:.3f} m", control_->table_hash, scene_->d_min_scale());
   }
   if (!running()) return false;
-  if (welcome_->assignment > assignment_done_) {
-    assignment_done_ = welcome_->assignment;
-    TakeAssignment();
-  }
-  return true;
+  return welcome_->assignment == assignment_done_ || TakeAssignment();
 }
 
 // Of a vehicle that is new here the learner knows how far it is; of one that stays only this process does, since the
-// learner's count lags behind what is on the way.
-void Actor::TakeAssignment() {
+// learner's count lags behind what is on the way. False while a state that it shall go on with is not here.
+bool Actor::TakeAssignment() {
+  std::vector<Bytes> states(welcome_->vehicle.size());
+  for (size_t i = 0; i < states.size(); ++i) {
+    if (welcome_->state_bytes[i] == 0) continue;
+    const Bytes* state = states_.Find(welcome_->vehicle[i], welcome_->steps_done[i]);
+    if (state == nullptr) return false;
+    states[i] = *state;
+  }
   SendExperience();
-  rollout_.Assign(welcome_->vehicle, welcome_->next_episode, welcome_->steps_done);
+  rollout_.Assign(welcome_->vehicle, welcome_->next_episode, welcome_->steps_done, states);
+  assignment_done_ = welcome_->assignment;
+  states_.Clear();
+  return true;
+}
+
+std::vector<SavedVehicle> Actor::SaveVehicles() const {
+  std::vector<SavedVehicle> saved;
+  for (int i = 0; i < rollout_.num_vehicles(); ++i) {
+    saved.push_back({rollout_.vehicle(i), rollout_.transitions(i), rollout_.SaveVehicle(i)});
+  }
+  return saved;
 }
 
 bool Actor::UsePolicy(int64_t version) {
@@ -178,7 +199,7 @@ bool Actor::RollRound(const Control::Round& round) {
     if (!active.empty()) rollout_.Step(active, context);
   } while (!active.empty());
   round_done_ = round.round;
-  SendExperience();
+  SendExperience(round.save);
   return true;
 }
 
@@ -248,15 +269,17 @@ std::vector<EpisodeResult> Actor::RunEvaluation(std::vector<int> starts) {
 
 // --- what goes out ---------------------------------------------------------------------------------------------------
 
-void Actor::SendExperience() {
+void Actor::SendExperience(bool with_states) {
   std::vector<Segment> segments = rollout_.TakeSegments();
+  const std::vector<SavedVehicle> states = with_states ? SaveVehicles() : std::vector<SavedVehicle>();
   std::vector<EpisodeResult> episodes = rollout_.TakeEpisodes();
   episodes.insert(episodes.end(), evaluation_results_.begin(), evaluation_results_.end());
   evaluation_results_.clear();
   for (const Segment& segment : segments) audit_.Add(segment, observation_size_, kActionSize);
   audit_.Flush();
   const int max_bytes = MaxMessageBytes(bus_->config().ttl) - static_cast<int>(kTrailerBytes) - 64;
-  for (Experience& message : PackExperience(std::move(segments), episodes, observation_size_, kActionSize, max_bytes)) {
+  for (Experience& message :
+       PackExperience(std::move(segments), episodes, states, observation_size_, kActionSize, max_bytes)) {
     message.session = bus_->config().session;
     message.actor_id = identity_.actor_id;
     message.sequence = stream_.next_sequence();
@@ -270,7 +293,7 @@ void Actor::SendStatus(TimePoint now, Duration interval) {
   ActorStatus status;
   status.session = bus_->config().session;
   status.actor_id = identity_.actor_id;
-  status.assignment = welcome_->assignment;
+  status.assignment = assignment_done_;
   status.round = round_done_;
   status.policy_version = policies_.newest();
   status.wanted_policy_version = wanted_policy_version_;

@@ -6,10 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "actors/experience_batcher.h"
 #include "actors/policy_store.h"
 #include "actors/rollout.h"
 #include "common/bus/bus.h"
 #include "common/bus/reliable_stream.h"
+#include "common/bus/state_assembler.h"
 #include "common/bus/table_client.h"
 #include "common/config/experiment.h"
 #include "common/rl/audit_log.h"
@@ -39,16 +41,18 @@ class Actor {
   void Subscribe();
   void OnWelcome(const Welcome& welcome);
   void OnControl(const Control& control);
+  void OnState(const AssignedState& state);
   // What it does; each returns whether there was something to do.
   bool Join(TimePoint now);
   bool ReceiveTable();
-  void TakeAssignment();
+  bool TakeAssignment();
+  std::vector<SavedVehicle> SaveVehicles() const;
   bool RollRounds();
   bool RollRound(const Control::Round& round);
   bool RollCredit();
   bool Evaluate();
   // What goes out.
-  void SendExperience();
+  void SendExperience(bool with_states = false);
   void SendStatus(TimePoint now, Duration interval);
   void SendTelemetry(TimePoint now);
 
@@ -74,6 +78,7 @@ class Actor {
 
   std::optional<Control> control_;
   std::optional<Welcome> welcome_;
+  StateAssembler states_;  // of the newest assignment
   std::string refusal_;
   bool has_table_ = false;
   int64_t assignment_done_ = -1;

@@ -2,14 +2,16 @@
 
 #include <algorithm>
 
+#include "common/bus/state_assembler.h"
 #include "common/core/check.h"
 
 namespace cairn::actors {
 namespace {
 
 // Encoded sizes, from lcmtypes/experience_t.lcm.
-constexpr int kHeaderBytes = 64;
+constexpr int kHeaderBytes = 72;
 constexpr int kSegmentBytes = 4 * 4 + 1 + 2 * 8;
+constexpr int kStateBytes = 4 * 4 + 8;
 constexpr int kEpisodeBytes = 2 + 3 * 4 + 8 + 6 * 4;
 
 // Steps [first, first + n) of a segment; only the last piece keeps its end.
@@ -63,6 +65,14 @@ class Packer {
     batch_.back().episodes.push_back(episode);
   }
 
+  void Add(int32_t vehicle, int64_t steps, const Bytes& state) {
+    const int room = max_bytes_ - kHeaderBytes - kStateBytes;
+    for (VehicleStatePiece& piece : SplitState(vehicle, steps, state, room)) {
+      Reserve(kStateBytes + static_cast<int>(piece.data.size()));
+      batch_.back().states.push_back(std::move(piece));
+    }
+  }
+
   std::vector<Experience> Take() { return std::move(batch_); }
 
  private:
@@ -85,9 +95,11 @@ class Packer {
 }  // namespace
 
 std::vector<Experience> PackExperience(std::vector<Segment> segments, const std::vector<EpisodeResult>& episodes,
-                                       int observation_size, int action_size, int max_bytes) {
+                                       const std::vector<SavedVehicle>& states, int observation_size, int action_size,
+                                       int max_bytes) {
   Packer packer(observation_size, action_size, max_bytes);
   for (const EpisodeResult& episode : episodes) packer.Add(episode);
+  for (const SavedVehicle& state : states) packer.Add(state.vehicle, state.steps, state.state);
   for (Segment& segment : segments) packer.Add(std::move(segment));
   return packer.Take();
 }

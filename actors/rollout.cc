@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "actors/blob.h"
 #include "common/core/check.h"
 
 namespace cairn::actors {
@@ -10,7 +11,7 @@ Rollout::Rollout(std::shared_ptr<const Scene> scene)
     : scene_(std::move(scene)), observation_size_(ObservationSize(scene_->experiment())) {}
 
 void Rollout::Assign(const std::vector<int32_t>& vehicles, const std::vector<int32_t>& next_episode,
-                     const std::vector<int64_t>& steps_done) {
+                     const std::vector<int64_t>& steps_done, const std::vector<Bytes>& states) {
   std::vector<VehicleState> assigned;
   for (size_t i = 0; i < vehicles.size(); ++i) {
     const auto kept = std::find_if(vehicles_.begin(), vehicles_.end(),
@@ -26,6 +27,7 @@ void Rollout::Assign(const std::vector<int32_t>& vehicles, const std::vector<int
     vehicle.environment = std::make_unique<Environment>(scene_);
     vehicle.observation.resize(static_cast<size_t>(observation_size_));
     StartEpisode(&vehicle);
+    if (i < states.size() && !states[i].empty()) LoadVehicle(states[i], &vehicle);
     assigned.push_back(std::move(vehicle));
   }
   vehicles_ = std::move(assigned);
@@ -34,13 +36,45 @@ void Rollout::Assign(const std::vector<int32_t>& vehicles, const std::vector<int
   actions_.resize(vehicles_.size() * kActionSize);
 }
 
+RandomStream Rollout::ExplorationStream(const VehicleState& vehicle) const {
+  return {scene_->experiment().seed, RandomPurpose::kExploration, static_cast<uint32_t>(vehicle.id),
+          static_cast<uint32_t>(vehicle.episode)};
+}
+
 void Rollout::StartEpisode(VehicleState* vehicle) {
   vehicle->environment->ResetTraining(vehicle->id, vehicle->episode, vehicle->start_episode);
-  vehicle->exploration = RandomStream(scene_->experiment().seed, RandomPurpose::kExploration,
-                                      static_cast<uint32_t>(vehicle->id), static_cast<uint32_t>(vehicle->episode));
+  vehicle->exploration = ExplorationStream(*vehicle);
   vehicle->environment->Observe(vehicle->observation.data());
   vehicle->step = 0;
   vehicle->segment = Segment{};
+}
+
+Bytes Rollout::SaveVehicle(int index) const {
+  const VehicleState& vehicle = vehicles_[static_cast<size_t>(index)];
+  CAIRN_CHECK(vehicle.segment.rewards.empty(), "vehicle {} has an open segment", vehicle.id);
+  BlobWriter blob;
+  blob.Put(vehicle.episode);
+  blob.Put(vehicle.start_episode);
+  blob.Put(vehicle.step);
+  blob.Put(vehicle.exploration.position());
+  blob.PutBytes(vehicle.environment->Save());
+  const std::string bytes = blob.Take();
+  return {bytes.begin(), bytes.end()};
+}
+
+void Rollout::LoadVehicle(const Bytes& state, VehicleState* vehicle) {
+  const std::string bytes(state.begin(), state.end());
+  BlobReader blob(bytes);
+  blob.Get(vehicle->episode);
+  blob.Get(vehicle->start_episode);
+  blob.Get(vehicle->step);
+  uint64_t exploration = 0;
+  blob.Get(exploration);
+  vehicle->environment->Load(blob.GetBytes());
+  blob.Finish();
+  vehicle->exploration = ExplorationStream(*vehicle);
+  vehicle->exploration.SetPosition(exploration);
+  vehicle->environment->Observe(vehicle->observation.data());
 }
 
 // The draw is the last of the episode's exploration stream, so it depends on the vehicle's own history alone.

@@ -7,6 +7,7 @@
 
 #include "actors/environment.h"
 #include "actors/scene.h"
+#include "common/core/bytes.h"
 #include "common/core/random.h"
 #include "common/nn/policy.h"
 #include "common/rl/episode.h"
@@ -30,10 +31,15 @@ class Rollout {
   explicit Rollout(std::shared_ptr<const Scene> scene);
 
   /// Makes the set of vehicles exactly `vehicles` (ascending); new ones start with their `next_episode` and count on
-  /// from the `steps_done` transitions that the learner has of them, ones that stay go on, the others are dropped with
-  /// their open segments.
+  /// from the `steps_done` transitions that the learner has of them, or go on with a state of SaveVehicle if `states`
+  /// has one for them; ones that stay go on, the others are dropped with their open segments. Throws Error when a state
+  /// does not fit the experiment.
   void Assign(const std::vector<int32_t>& vehicles, const std::vector<int32_t>& next_episode,
-              const std::vector<int64_t>& steps_done);
+              const std::vector<int64_t>& steps_done, const std::vector<Bytes>& states = {});
+
+  /// Exact state of the vehicle with this index between two steps, without an open segment (after TakeSegments), for
+  /// another process's Assign.
+  Bytes SaveVehicle(int index) const;
 
   int num_vehicles() const { return static_cast<int>(vehicles_.size()); }
   int32_t vehicle(int index) const { return vehicles_[static_cast<size_t>(index)].id; }
@@ -67,6 +73,8 @@ class Rollout {
     Segment segment;                 ///< open
   };
   void StartEpisode(VehicleState* vehicle);
+  RandomStream ExplorationStream(const VehicleState& vehicle) const;
+  void LoadVehicle(const Bytes& state, VehicleState* vehicle);
   void Act(const std::vector<int>& indices, const RolloutContext& context);
   void Advance(VehicleState* vehicle, const float* action, const RolloutContext& context);
   bool RetriesStart(VehicleState& vehicle, Outcome outcome) const;

@@ -15,6 +15,8 @@ using std::chrono::milliseconds;
 constexpr auto kMinControlGap = milliseconds(5);  // 200 Hz at most
 constexpr auto kReannounce = milliseconds(20);    // until acted on
 constexpr auto kIdleAnnounce = milliseconds(1000);
+constexpr auto kWelcomeResendGap = milliseconds(50);
+constexpr int kStateOverhead = 128;  // bytes of a message that are not state
 
 }  // namespace
 
@@ -58,6 +60,10 @@ void Coordinator::Run(const std::stop_token& stop) {
       dirty_ = true;
       changed_.notify_all();
     }
+    if (now >= stop_at_ && !stopped_) {
+      stopped_ = true;
+      changed_.notify_all();
+    }
     GiveUpSilentActors(now);
     AnnounceIfDue(now);
   }
@@ -69,6 +75,11 @@ void Coordinator::Stop() {
     stopped_ = true;
   }
   changed_.notify_all();
+}
+
+void Coordinator::StopWithin(Duration time) {
+  const std::lock_guard lock(mutex_);
+  stop_at_ = Clock::now() + time;
 }
 
 bool Coordinator::stopped() const {
@@ -111,7 +122,27 @@ void Coordinator::OnHello(const Hello& hello) {
     dirty_ = true;
     changed_.notify_all();
   }
+  ActorRecord* actor = fleet_.Find(hello.session);
+  if (welcome.status == Welcome::Status::kAccepted && actor != nullptr) {
+    SendWelcome(actor, Clock::now());
+  } else {
+    bus_->Publish(Plane::kControl, kWelcomeChannel, welcome);
+  }
+}
+
+// The assignment, and behind it the states that its vehicles go on with.
+void Coordinator::SendWelcome(ActorRecord* actor, TimePoint now) {
+  actor->welcomed = now;
+  const Welcome welcome = fleet_.Assignment(*actor);
   bus_->Publish(Plane::kControl, kWelcomeChannel, welcome);
+  const int max_bytes = MaxMessageBytes(experiment_.transport.ttl) - kStateOverhead;
+  for (const int32_t vehicle : welcome.vehicle) {
+    const VehicleRecord& record = fleet_.vehicles()[static_cast<size_t>(vehicle)];
+    for (VehicleStatePiece& piece : SplitState(vehicle, record.steps, record.environment, max_bytes)) {
+      const AssignedState state{control_.incarnation, actor->session, actor->assignment, std::move(piece)};
+      bus_->Publish(Plane::kControl, kStateChannel, state);
+    }
+  }
 }
 
 void Coordinator::OnStatus(const ActorStatus& status) {
@@ -120,9 +151,7 @@ void Coordinator::OnStatus(const ActorStatus& status) {
   if (actor == nullptr) return;
   const TimePoint now = Clock::now();
   actor->last_heard = now;
-  if (status.assignment < fleet_.Assignment(*actor).assignment) {
-    bus_->Publish(Plane::kControl, kWelcomeChannel, fleet_.Assignment(*actor));
-  }
+  if (status.assignment < actor->assignment && now - actor->welcomed > kWelcomeResendGap) SendWelcome(actor, now);
   policies_.Resend(status.wanted_policy_version, now);
 }
 
@@ -146,6 +175,7 @@ void Coordinator::OnExperience(const Experience& experience) {
       break;
   }
   AcceptEpisodes(*actor, experience);
+  AcceptStates(*actor, experience);
   AcceptSegments(actor, experience);
   changed_.notify_all();
 }
@@ -179,10 +209,22 @@ void Coordinator::AcceptSegments(ActorRecord* actor, const Experience& experienc
       continue;
     }
     fleet_.Accept(segment);
+    if (control_.lockstep) {
+      VehicleState passed = fleet_.vehicles()[static_cast<size_t>(segment.vehicle)];
+      if (const Bytes* state = states_.Find(segment.vehicle, passed.steps)) passed.environment = *state;
+      rounds_.Passed(segment.vehicle, passed);
+    }
     actor->accepted += segment.num_steps();
     counters_.transitions_accepted += segment.num_steps();
     counters_.policy_lag_sum += static_cast<double>(control_.policy_version - segment.policy_version);
     ++counters_.policy_lag_count;
+  }
+}
+
+void Coordinator::AcceptStates(const ActorRecord& actor, const Experience& experience) {
+  for (const VehicleStatePiece& piece : experience.states) {
+    const bool known = piece.vehicle >= 0 && piece.vehicle < experiment_.num_vehicles;
+    if (known && fleet_.vehicles()[static_cast<size_t>(piece.vehicle)].owner == actor.actor_id) states_.Add(piece);
   }
 }
 
@@ -230,11 +272,17 @@ void Coordinator::KeepPolicy(int64_t version, std::span<const float> parameters)
   });
 }
 
-void Coordinator::GrantRound(int steps, int extra, bool warm_up) {
+int64_t Coordinator::GrantRound(int steps, int extra, bool warm_up, bool save) {
   const std::lock_guard lock(mutex_);
-  rounds_.Grant(steps, extra, control_.policy_version, warm_up);
+  const int64_t granted = rounds_.Grant(steps, extra, control_.policy_version, warm_up, save);
   control_.rounds = rounds_.granted();
   SendControl(Clock::now());
+  return granted;
+}
+
+bool Coordinator::rounds_level() const {
+  const std::lock_guard lock(mutex_);
+  return rounds_.level();
 }
 
 std::optional<Harvest> Coordinator::WaitRound() {
@@ -310,7 +358,7 @@ void Coordinator::GiveUpSilentActors(TimePoint now) {
     log::Error("actor {} was silent for {} s: its vehicles go to the others", id, experiment_.lockstep.actor_timeout_s);
     retired_accepted_ += actor.accepted;
     for (const int64_t session : fleet_.Reassign(id)) {
-      bus_->Publish(Plane::kControl, kWelcomeChannel, fleet_.Assignment(*fleet_.Find(session)));
+      SendWelcome(fleet_.Find(session), now);
     }
     evaluations_.Restart();
     AnnounceEvaluation();
@@ -346,6 +394,29 @@ void Coordinator::SendControl(TimePoint now) {
   bus_->Publish(Plane::kControl, kControlChannel, control_);
   last_control_ = now;
   dirty_ = false;
+}
+
+CoordinatorState Coordinator::State(const Harvest& harvest) const {
+  CoordinatorState state;
+  state.counters = counters();
+  const std::lock_guard lock(mutex_);
+  state.vehicles = harvest.vehicles;
+  if (!control_.lockstep) state.vehicles.assign(fleet_.vehicles().begin(), fleet_.vehicles().end());
+  state.rounds = rounds_.taken();
+  state.granted = rounds_.open();
+  for (RoundState& round : state.granted) round.policy.parameters = policies_.Find(round.policy.version);
+  return state;
+}
+
+void Coordinator::Restore(const CoordinatorState& state, int64_t env_steps) {
+  const std::lock_guard lock(mutex_);
+  counters_ = state.counters;
+  counters_.transitions_accepted = env_steps;
+  fleet_.Restore(state);
+  std::vector<int64_t> steps;
+  for (const VehicleRecord& vehicle : fleet_.vehicles()) steps.push_back(vehicle.steps);
+  rounds_.Restore(state.rounds, std::move(steps));
+  retired_accepted_ = env_steps;
 }
 
 CoordinatorCounters Coordinator::counters() const {

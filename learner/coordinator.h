@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "common/bus/bus.h"
+#include "common/bus/state_assembler.h"
 #include "common/bus/table_client.h"
 #include "common/config/experiment.h"
+#include "learner/coordinator_state.h"
 #include "learner/evaluation_queue.h"
 #include "learner/evaluator.h"
 #include "learner/fleet.h"
@@ -20,20 +22,6 @@
 #include "learner/policy_outbox.h"
 
 namespace cairn::learner {
-
-/// What the stream and the books have seen.
-struct CoordinatorCounters {
-  int64_t transitions_accepted = 0;
-  int64_t transitions_lost = 0;       ///< gaps within a living session's trajectories
-  int64_t transitions_duplicate = 0;  ///< refused because the replay has them
-  int64_t stream_duplicates = 0;      ///< messages resent though they had arrived
-  int64_t eval_steps = 0;
-  int64_t refused = 0;  ///< frames and segments that failed a check
-  double policy_lag_sum = 0;
-  int64_t policy_lag_count = 0;
-  int num_actors = 0;
-  bool disturbed = false;
-};
 
 /// The learner's side of the conversation: a thread that receives hellos, statuses and experience, keeps the books
 /// (Fleet), and announces rounds, credit, acknowledgements and evaluations in one aggregated control frame. The update
@@ -53,6 +41,8 @@ class Coordinator final : public Evaluator {
 
   /// Ends waiting functions; they return false or nothing.
   void Stop();
+  /// The same after a while, if nobody did it before.
+  void StopWithin(Duration time);
 
   bool stopped() const override;
 
@@ -65,7 +55,11 @@ class Coordinator final : public Evaluator {
 
   /// LOCKSTEP: every vehicle makes `steps` more steps with the newest published policy, the first `extra` vehicles one
   /// more. Rounds that are granted before the one before them is complete let no actor wait for another.
-  void GrantRound(int steps, int extra, bool warm_up);
+  /// With `save` its harvest has the vehicles' states, for a checkpoint. Returns the number of transitions; less than
+  /// steps per vehicle when not all had made the same number, which rounds_level() tells.
+  int64_t GrantRound(int steps, int extra, bool warm_up, bool save = false);
+
+  bool rounds_level() const;
 
   /// LOCKSTEP: the oldest granted round when it is complete, ordered by (vehicle, step), so that it does not depend on
   /// timing or on the number of actors. Nullopt when stopped.
@@ -80,6 +74,12 @@ class Coordinator final : public Evaluator {
   void Evaluate(const EvaluationRequest& request, std::span<const float> parameters) override;
   std::vector<EvaluationReport> TakeEvaluations(bool wait) override;
 
+  /// The books for a checkpoint; `harvest` is the round just taken (LOCKSTEP) or empty (ASYNC).
+  CoordinatorState State(const Harvest& harvest) const;
+
+  /// Goes on where another learner's State ended, after `env_steps`. Before Start.
+  void Restore(const CoordinatorState& state, int64_t env_steps);
+
   CoordinatorCounters counters() const;
   TableInfo table_info() const;
 
@@ -92,6 +92,8 @@ class Coordinator final : public Evaluator {
   void AcceptSegments(ActorRecord* actor, const Experience& experience);
   void AcceptEpisodes(const ActorRecord& actor, const Experience& experience);
   void Refuse(const ActorRecord& actor, const Segment& segment);
+  void AcceptStates(const ActorRecord& actor, const Experience& experience);
+  void SendWelcome(ActorRecord* actor, TimePoint now);
   void AnnounceEvaluation();
   void DistributeCredit();
   void GiveUpSilentActors(TimePoint now);
@@ -113,11 +115,13 @@ class Coordinator final : public Evaluator {
   TableInfo table_info_;
   PolicyOutbox policies_;
   OpenRounds rounds_;
-  Harvest harvest_;  // ASYNC: not taken yet
+  StateAssembler states_;  // of vehicles at the end of a round that asked for them
+  Harvest harvest_;        // ASYNC: not taken yet
   EvaluationQueue evaluations_;
   int64_t allowed_ = 0;
   int64_t retired_accepted_ = 0;  // transitions of sessions that are gone
   bool stopped_ = false;
+  TimePoint stop_at_ = TimePoint::max();
   bool dirty_ = false;
   TimePoint last_control_{};
   std::jthread thread_;

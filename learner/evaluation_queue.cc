@@ -29,13 +29,17 @@ int32_t EvaluationQueue::Accept(const EpisodeResult& result) {
   auto& slot = front.results[static_cast<size_t>(result.vehicle)];
   if (slot) return 0;  // a replaced actor did it again
   slot = result;
-  if (--front.missing > 0) return result.steps;
+  if (--front.missing > 0) return 0;
   EvaluationReport report{front.request, {}};
-  for (const auto& r : front.results) report.results.push_back(*r);
+  int32_t steps = 0;
+  for (const auto& r : front.results) {
+    report.results.push_back(*r);
+    steps += r->steps;
+  }
   reports_.push_back(std::move(report));
   pending_.pop_front();
   Restart();
-  return result.steps;
+  return steps;
 }
 
 bool EvaluationQueue::Uses(int64_t version) const {

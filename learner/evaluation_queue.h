@@ -30,7 +30,8 @@ class EvaluationQueue {
  public:
   void Add(const EvaluationRequest& request);
 
-  /// Takes a result of the running evaluation; returns the steps it counts for, 0 when it is foreign, late or known.
+  /// Takes a result of the running evaluation; returns the steps of the whole evaluation when it is the
+  /// last one missing, else 0.
   int32_t Accept(const EpisodeResult& result);
 
   /// Begins the running evaluation anew under a fresh id: the shares have changed hands.

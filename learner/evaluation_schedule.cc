@@ -2,10 +2,11 @@
 
 namespace cairn::learner {
 
-EvaluationSchedule::EvaluationSchedule(const EvaluationConfig& config, Evaluator* evaluator,
+EvaluationSchedule::EvaluationSchedule(const EvaluationConfig& config, int collapse_checks, Evaluator* evaluator,
                                        std::function<double()> run_seconds,
                                        std::function<void(const EvaluationReport&, const EvaluationSummary&)> on_report)
     : config_(config),
+      collapse_checks_(collapse_checks),
       evaluator_(evaluator),
       run_seconds_(std::move(run_seconds)),
       on_report_(std::move(on_report)),
@@ -13,7 +14,44 @@ EvaluationSchedule::EvaluationSchedule(const EvaluationConfig& config, Evaluator
 
 void EvaluationSchedule::Ask(StartSet set, int starts, const PolicySnapshot& policy, int64_t tag) {
   pending_.insert_or_assign(policy.version, policy);
-  evaluator_->Evaluate({policy.version, set, starts, policy.env_steps, tag}, policy.parameters);
+  asked_.push_back({policy.version, set, starts, policy.env_steps, tag});
+  evaluator_->Evaluate(asked_.back(), policy.parameters);
+}
+
+EvaluationState EvaluationSchedule::State() const {
+  EvaluationState state;
+  state.next_check = next_check_;
+  state.num_checks = num_checks_;
+  state.consumption_env_steps = consumption_env_steps_;
+  state.consumption_wall_s = consumption_wall_s_;
+  state.later_checks = later_checks_;
+  state.later_solved = later_solved_;
+  state.last_solved = last_solved_;
+  state.failed_checks = failed_checks_;
+  state.best = best_;
+  state.best_success = best_score_.first;
+  state.best_time = best_score_.second;
+  for (const EvaluationRequest& request : asked_) {
+    const auto policy = pending_.find(request.version);
+    if (policy != pending_.end()) state.asked.push_back({request, policy->second});
+  }
+  return state;
+}
+
+void EvaluationSchedule::Restore(const EvaluationState& state) {
+  next_check_ = state.next_check;
+  num_checks_ = state.num_checks;
+  consumption_env_steps_ = state.consumption_env_steps;
+  consumption_wall_s_ = state.consumption_wall_s;
+  later_checks_ = state.later_checks;
+  later_solved_ = state.later_solved;
+  last_solved_ = state.last_solved;
+  failed_checks_ = state.failed_checks;
+  best_ = state.best;
+  best_score_ = {state.best_success, state.best_time};
+  for (const EvaluationState::Asked& asked : state.asked) {
+    Ask(asked.request.set, asked.request.num_starts, asked.policy, asked.request.tag);
+  }
 }
 
 void EvaluationSchedule::Visit(int64_t env_steps, int64_t version, std::span<const float> parameters) {
@@ -27,6 +65,7 @@ void EvaluationSchedule::Visit(int64_t env_steps, int64_t version, std::span<con
 void EvaluationSchedule::Receive(bool wait) {
   for (const EvaluationReport& report : evaluator_->TakeEvaluations(wait)) {
     const EvaluationSummary summary = Summarise(report.results);
+    if (!asked_.empty()) asked_.pop_front();
     if (report.request.set == StartSet::kConsumption) OnConsumption(report, summary);
     if (report.request.set == StartSet::kValidation) OnValidation(report, summary);
     if (report.request.set == StartSet::kTest) test_ = summary;
@@ -40,6 +79,8 @@ void EvaluationSchedule::OnConsumption(const EvaluationReport& report, const Eva
   if (consumption_env_steps_ >= 0) {
     ++later_checks_;
     later_solved_ += solved ? 1 : 0;
+    failed_checks_ = 2 * summary.successes <= summary.trials ? failed_checks_ + 1 : 0;
+    collapsed_ = collapsed_ || (failed_checks_ > 0 && failed_checks_ % collapse_checks_ == 0);
   } else if (solved) {
     consumption_env_steps_ = report.request.env_steps;
     consumption_wall_s_ = run_seconds_();

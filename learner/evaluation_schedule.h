@@ -6,20 +6,15 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/config/experiment.h"
 #include "common/rl/summary.h"
+#include "learner/evaluation_state.h"
 #include "learner/evaluator.h"
 
 namespace cairn::learner {
-
-/// A policy as it was at some point of the run.
-struct PolicySnapshot {
-  int64_t version = -1;
-  int64_t env_steps = 0;
-  std::vector<float> parameters;
-};
 
 /// Decides what is evaluated when (DESIGN 17–18): every interval_env_steps the consumption starts; after every
 /// validation_every-th check that solved all of them, the validation starts, which choose the best policy; the test
@@ -27,11 +22,22 @@ struct PolicySnapshot {
 class EvaluationSchedule {
  public:
   /// `run_seconds` gives the wall time since launch [s]. `on_report` hears of every finished evaluation.
-  EvaluationSchedule(const EvaluationConfig& config, Evaluator* evaluator, std::function<double()> run_seconds,
+  EvaluationSchedule(const EvaluationConfig& config, int collapse_checks, Evaluator* evaluator,
+                     std::function<double()> run_seconds,
                      std::function<void(const EvaluationReport&, const EvaluationSummary&)> on_report);
+
+  /// Where it stands, for a checkpoint, and back: what was asked for and not answered is asked for again.
+  EvaluationState State() const;
+  void Restore(const EvaluationState& state);
 
   /// To be called after each training phase with the policy just published; asks for a check when one is due.
   void Visit(int64_t env_steps, int64_t version, std::span<const float> parameters);
+
+  /// Whether Visit at these env steps would ask for a check.
+  bool CheckDue(int64_t env_steps) const { return env_steps >= next_check_; }
+
+  /// Whether a policy is still under evaluation.
+  bool Pending(int64_t version) const { return pending_.contains(version); }
 
   /// Takes in finished evaluations; with `wait`, until none is pending.
   void Receive(bool wait);
@@ -39,6 +45,9 @@ class EvaluationSchedule {
   /// Validates the last policy when any policy was validated, then tests the best (or else the last) one; blocks.
   /// Returns nullopt when the run was stopped.
   std::optional<EvaluationSummary> Test(const PolicySnapshot& last);
+
+  /// True once after `collapse_checks` checks in a row failed at least half of their starts, after one that solved all.
+  bool TakeCollapse() { return std::exchange(collapsed_, false); }
 
   int64_t consumption_env_steps() const { return consumption_env_steps_; }  ///< −1: not reached
   double consumption_wall_s() const { return consumption_wall_s_; }
@@ -54,10 +63,12 @@ class EvaluationSchedule {
   void OnValidation(const EvaluationReport& report, const EvaluationSummary& summary);
 
   const EvaluationConfig config_;
+  const int collapse_checks_;
   Evaluator* evaluator_;
   std::function<double()> run_seconds_;
   std::function<void(const EvaluationReport&, const EvaluationSummary&)> on_report_;
   std::map<int64_t, PolicySnapshot> pending_;  // by version
+  std::deque<EvaluationRequest> asked_;        // not answered yet, in order
   int64_t next_check_;
   int64_t num_checks_ = 0;
   int64_t consumption_env_steps_ = -1;
@@ -65,6 +76,8 @@ class EvaluationSchedule {
   int later_checks_ = 0;
   int later_solved_ = 0;
   int last_solved_ = -1;
+  int failed_checks_ = 0;
+  bool collapsed_ = false;
   std::optional<PolicySnapshot> best_;
   std::pair<double, double> best_score_{-1, 0};  // success rate, minus mean time to goal
   std::optional<EvaluationSummary> test_;

@@ -25,6 +25,9 @@ void AppendDifference(const char* field, const std::string& theirs, const std::s
   *text += fmt::format("{} is {} (the learner's: {})", field, theirs, ours);
 }
 
+// What the last owner had begun is over, unless the next one goes on from its state.
+void EndOpenEpisode(VehicleRecord* vehicle) { vehicle->open = vehicle->open && !vehicle->environment.empty(); }
+
 }  // namespace
 
 Fleet::Fleet(int num_actors, int num_vehicles, uint64_t experiment_hash, int observation_size, std::string git_revision)
@@ -33,6 +36,15 @@ Fleet::Fleet(int num_actors, int num_vehicles, uint64_t experiment_hash, int obs
       observation_size_(observation_size),
       git_revision_(std::move(git_revision)),
       vehicles_(static_cast<size_t>(num_vehicles)) {}
+
+void Fleet::Restore(const CoordinatorState& state) {
+  CAIRN_CHECK(actors_.empty() && state.vehicles.size() == vehicles_.size());
+  for (size_t v = 0; v < vehicles_.size(); ++v) {
+    static_cast<VehicleState&>(vehicles_[v]) = state.vehicles[v];
+    vehicles_[v].open = vehicles_[v].open && !vehicles_[v].environment.empty();
+  }
+  disturbed_ = state.counters.disturbed;
+}
 
 int Fleet::HomeActor(int vehicle) const {
   const auto v = static_cast<int64_t>(vehicle);
@@ -85,7 +97,7 @@ Welcome Fleet::Join(const Hello& hello, TimePoint now) {
   for (size_t v = 0; v < vehicles_.size(); ++v) {
     VehicleRecord& vehicle = vehicles_[v];
     if (vehicle.owner == -1 && HomeActor(static_cast<int>(v)) == hello.actor_id) vehicle.owner = hello.actor_id;
-    if (vehicle.owner == hello.actor_id) vehicle.open = false;  // what its last owner had begun is over
+    if (vehicle.owner == hello.actor_id) EndOpenEpisode(&vehicle);
   }
   log::Info("actor {} joined: session {:016x}, generation {}, {}", hello.actor_id, hello.session, hello.generation,
             hello.isa);
@@ -108,6 +120,7 @@ Welcome Fleet::Assignment(const ActorRecord& actor) const {
     welcome.vehicle.push_back(static_cast<int32_t>(v));
     welcome.next_episode.push_back(vehicles_[v].next_episode);
     welcome.steps_done.push_back(vehicles_[v].steps);
+    welcome.state_bytes.push_back(static_cast<int32_t>(vehicles_[v].environment.size()));
   }
   return welcome;
 }
@@ -137,6 +150,7 @@ void Fleet::Accept(const Segment& segment) {
   vehicle.next_step = segment.first_step + segment.num_steps();
   vehicle.open = segment.end == SegmentEnd::kNone || segment.end == SegmentEnd::kCut;
   vehicle.steps += segment.num_steps();
+  vehicle.environment.clear();
 }
 
 void Fleet::CloseDiverged(const ActorRecord& actor, const EpisodeResult& episode) {
@@ -158,7 +172,7 @@ std::vector<int64_t> Fleet::Reassign(int32_t actor_id) {
   for (VehicleRecord& vehicle : vehicles_) {
     if (vehicle.owner != actor_id) continue;
     vehicle.owner = others[next++ % others.size()]->actor_id;
-    vehicle.open = false;
+    EndOpenEpisode(&vehicle);
   }
   for (ActorRecord* record : others) {
     record->assignment = ++assignment_;

@@ -9,6 +9,7 @@
 #include "common/bus/messages.h"
 #include "common/bus/reliable_stream.h"
 #include "common/core/clock.h"
+#include "learner/coordinator_state.h"
 
 namespace cairn::learner {
 
@@ -20,21 +21,17 @@ struct ActorRecord {
   int64_t assignment = 0;  ///< number of its newest assignment; changes only with its vehicles
   ReliableReceiver stream;
   TimePoint last_heard{};
+  TimePoint welcomed{};  ///< when its assignment was last sent
   int64_t echo_utime = 0;
   int64_t accepted = 0;  ///< transitions accepted from this session
   int64_t credit = 0;    ///< ASYNC: transitions it may have made in all
   int64_t wanted_policy_version = -1;
 };
 
-/// What the learner knows of one training vehicle.
-struct VehicleRecord {
-  int32_t owner = -1;        ///< actor id; −1: nobody
-  int32_t next_episode = 0;  ///< first episode number not used yet
-  int32_t episode = -1;      ///< of the newest accepted segment; −1: none
-  int32_t next_step = 0;     ///< step that continues it
-  bool open = false;         ///< the episode goes on
-  int32_t diverged = -1;     ///< newest episode reported as ended by a non-finite state, which sends no last segment
-  int64_t steps = 0;         ///< transitions accepted since the run's start
+/// What the learner knows of one training vehicle. `environment` is what its next owner goes on with; it is gone with
+/// the first segment after it.
+struct VehicleRecord : VehicleState {
+  int32_t owner = -1;  ///< actor id; −1: nobody
 };
 
 /// Who takes part, who rolls out which vehicle, and the accounting of every transition by content: nothing twice,
@@ -66,6 +63,9 @@ class Fleet {
 
   /// The current assignment of a session, as sent to it.
   Welcome Assignment(const ActorRecord& actor) const;
+
+  /// The books of a run that goes on. To be called before anyone joins.
+  void Restore(const CoordinatorState& state);
 
   const std::map<int32_t, ActorRecord>& actors() const { return actors_; }
   std::map<int32_t, ActorRecord>& actors() { return actors_; }

@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "common/core/check.h"
 #include "common/core/clock.h"
+#include "common/core/files.h"
 #include "common/core/log.h"
+#include "common/core/version.h"
 #include "common/nn/policy_shape.h"
+#include "learner/checkpoint/run_fields.h"
 
 namespace cairn::learner {
 namespace {
@@ -15,6 +19,9 @@ using std::chrono::milliseconds;
 
 constexpr int64_t kAsyncUpdatesPerTurn = 16;  // between two looks at what has come in
 constexpr int64_t kNoLimit = INT64_MAX;
+constexpr auto kStopTime = milliseconds(1200);  // in which a stopped run may still reach a checkpoint
+
+std::string CheckpointDirectory(const std::string& run_dir) { return run_dir + "/checkpoints"; }
 
 }  // namespace
 
@@ -29,36 +36,122 @@ Learner::Learner(Bus* bus, const Experiment& experiment, const LearnerOptions& o
       algorithm_(MakeAlgorithm(experiment.learner, shape_, experiment.seed)),
       report_(bus, experiment, options.run_dir, options.launch_us),
       evaluation_(
-          experiment.evaluation, &coordinator_, [this] { return report_.wall_s(); },
+          experiment.evaluation, experiment.learner.collapse_checks, &coordinator_, [this] { return report_.wall_s(); },
           [this](const EvaluationReport& report, const EvaluationSummary& summary) {
             report_.OnEvaluation(report, summary);
           }),
       audit_("learner") {}
 
 void Learner::Run() {
+  Prepare();
   coordinator_.Start();
   report_.Telemetry(Counters("starting"));
   if (coordinator_.WaitForFleet()) {
     log::Info("training starts: {} actors, policy {}", options_.num_actors, shape_.ToString());
-    Publish();
-    experiment_.schedule == Schedule::kLockstep ? RunLockstep() : RunAsync();
+    training_ = true;
+    report_.Telemetry(Counters("training"));
+    try {
+      experiment_.schedule == Schedule::kLockstep ? RunLockstep() : RunAsync();
+    } catch (const Error& error) {
+      WriteDiagnostic(error.what());
+      throw;
+    }
+    training_ = false;
   }
   FinishRun();
 }
 
-// Receive, sample and update, publish, grant, evaluate. With overlap two rounds are open: round r + 1 rolls out, with
-// the policy trained through round r − 1, while this thread trains on round r. Without, one is.
-void Learner::RunLockstep() {
+void Learner::RequestStop() {
+  stop_requested_ = true;
+  training_ ? coordinator_.StopWithin(kStopTime) : coordinator_.Stop();
+}
+
+void Learner::Prepare() {
+  if (!options_.run_dir.empty()) {
+    std::filesystem::create_directories(CheckpointDirectory(options_.run_dir));
+    progress_ = std::make_unique<ProgressFile>(CheckpointDirectory(options_.run_dir) + "/progress");
+  }
+  if (options_.resume) {
+    Restore();
+  } else {
+    report_.Open();
+    if (!experiment_.learner.init_from.empty()) InitFrom(experiment_.learner.init_from);
+  }
+  if (!options_.run_dir.empty()) {
+    checkpointer_ =
+        std::make_unique<Checkpointer>(CheckpointDirectory(options_.run_dir), experiment_.learner.checkpoints_kept);
+  }
+  last_checkpoint_ = Clock::now();
+}
+
+void Learner::Restore() {
+  const std::string directory = CheckpointDirectory(options_.run_dir);
+  RunState state = LoadNewestCheckpoint(directory, &replay_);
+  CheckFields(ResumeFields(experiment_), state.fields, directory);
+  if (state.git_revision != GitRevision()) {
+    log::Warning("the checkpoint was written by revision {}, this is {}", state.git_revision, GitRevision());
+  }
+  algorithm_->Load(state.algorithm);
+  env_steps_ = state.env_steps;
+  updates_ = state.updates;
+  granted_ = state.granted;
+  const int64_t lost = std::max<int64_t>(0, progress_->Read() - env_steps_);
+  rolled_back_ = state.transitions_rolled_back + lost;
+  coordinator_.Restore(state.coordinator, env_steps_);
+  // Vehicles that made an extra step at the old end must be caught up with.
+  if (!coordinator_.rounds_level() && experiment_.total_env_steps < env_steps_ + experiment_.num_vehicles) {
+    ThrowUsageError("total_env_steps = {}: a run of {} env steps goes on for at least num_vehicles = {} more",
+                    experiment_.total_env_steps, env_steps_, experiment_.num_vehicles);
+  }
+  report_.Open(state.wall_s, state.episode_log_bytes);
+  log::Info("resumed at {} env steps, {} updates; {} transitions rolled back", env_steps_, updates_, lost);
+  resumed_ = std::move(state);
+}
+
+void Learner::InitFrom(const std::string& run_dir) {
+  const std::string directory = CheckpointDirectory(run_dir);
+  const RunState state = ReadNewestCheckpoint(directory);
+  CheckFields(NetworkFields(experiment_), state.fields, "learner.init_from " + run_dir);
+  algorithm_->LoadNetworks(state.algorithm);
+  log::Info("networks from {}, {} env steps", run_dir, state.env_steps);
+}
+
+// A new run opens its first rounds with the first policy. One that goes on opens those that were open, with the
+// policies that they had, and asks again for the evaluations that were under way.
+void Learner::StartRounds() {
+  if (resumed_) {
+    for (const RoundState& round : resumed_->coordinator.granted) {
+      coordinator_.PublishPolicy(round.policy.version, round.policy.parameters);
+      coordinator_.GrantRound(round.steps, round.extra, round.warm_up);
+    }
+  }
+  Publish();
+  if (resumed_) {
+    evaluation_.Restore(resumed_->evaluation);
+  } else if (experiment_.lockstep.overlap) {
+    GrantNextRound();
+  }
   GrantNextRound();
-  if (experiment_.lockstep.overlap) GrantNextRound();
+  resumed_.reset();
+}
+
+// Receive, sample and update, publish, evaluate, save, grant. With overlap two rounds are open: round r + 1 rolls out,
+// with the policy trained through round r − 1, while this thread trains on round r. Without, one is.
+void Learner::RunLockstep() {
+  StartRounds();
   while (env_steps_ < experiment_.total_env_steps) {
     const std::optional<Harvest> round = coordinator_.WaitRound();
     if (!round) return;
     Insert(*round);
     Train(kNoLimit);
     Publish();
+    Evaluate();
+    if (!round->vehicles.empty()) {
+      saving_ = false;
+      SaveCheckpoint(*round);
+      if (stop_requested_) return coordinator_.Stop();
+    }
     GrantNextRound();
-    evaluation_.Visit(env_steps_, updates_, algorithm_->policy_parameters());
     report_.Visit(Counters("training"), algorithm_.get());
   }
 }
@@ -71,33 +164,127 @@ void Learner::GrantNextRound() {
   const int64_t steps = std::min<int64_t>(experiment_.lockstep.round_steps, left / vehicles);
   const bool last = steps < experiment_.lockstep.round_steps;
   const int64_t extra = last ? left % vehicles : 0;
-  coordinator_.GrantRound(static_cast<int>(steps), static_cast<int>(extra),
-                          granted_ < experiment_.learner.learning_starts);
-  granted_ += steps * vehicles + extra;
+  const bool level = coordinator_.rounds_level();
+  const bool save =
+      level && !saving_ && checkpointer_ && (CheckpointDue() || stop_requested_ || left == steps * vehicles + extra);
+  saving_ = saving_ || save;
+  const bool warm_up = granted_ < experiment_.learner.learning_starts;
+  granted_ += level ? coordinator_.GrantRound(static_cast<int>(steps), static_cast<int>(extra), warm_up, save)
+                    : coordinator_.GrantRound(1, 0, warm_up);
 }
 
 // Credit runs ahead of the updates by the error buffer, updates never run ahead of the data (samples-per-insert band).
 void Learner::RunAsync() {
   const LearnerConfig& config = experiment_.learner;
   TimePoint published = Clock::now();
+  Publish();
+  if (resumed_) evaluation_.Restore(resumed_->evaluation);
+  resumed_.reset();
   while (env_steps_ < experiment_.total_env_steps) {
     const int64_t paid = config.gradient_steps == 0
                              ? experiment_.total_env_steps
                              : config.learning_starts + updates_ / config.gradient_steps * config.train_freq;
     coordinator_.SetAllowed(paid + experiment_.async.error_buffer, env_steps_ < config.learning_starts);
     Insert(coordinator_.Take(UpdatesDue() > 0 ? Duration::zero() : Duration(milliseconds(5))));
+    if (stop_requested_) {
+      SaveCheckpoint({});
+      coordinator_.Stop();
+    }
     if (coordinator_.stopped()) return;
     Train(kAsyncUpdatesPerTurn);
     if (Clock::now() - published > milliseconds(20)) {
       Publish();
       published = Clock::now();
-      evaluation_.Visit(env_steps_, updates_, algorithm_->policy_parameters());
+      Evaluate();
+      if (CheckpointDue()) SaveCheckpoint({});
       report_.Visit(Counters("training"), algorithm_.get());
     }
   }
   Train(kNoLimit);
   Publish();
+  Evaluate();
+  SaveCheckpoint({});
+}
+
+// In LOCKSTEP what a collapse changes must not depend on when results come in: the last check's are awaited at the
+// next.
+void Learner::Evaluate() {
+  const bool reverts = experiment_.learner.on_collapse == LearnerConfig::OnCollapse::kRevertToBest;
+  if (reverts && evaluation_.CheckDue(env_steps_)) {
+    evaluation_.Receive(true);
+    candidates_[updates_] = algorithm_->Save();
+  }
   evaluation_.Visit(env_steps_, updates_, algorithm_->policy_parameters());
+  if (evaluation_.TakeCollapse()) OnCollapse();
+  if (!collapse_.empty() && evaluation_.last_solved() == experiment_.evaluation.consumption_starts) collapse_.clear();
+  const int64_t best = evaluation_.best() ? evaluation_.best()->version : -1;
+  std::erase_if(candidates_, [&](const auto& c) { return c.first != best && !evaluation_.Pending(c.first); });
+}
+
+void Learner::OnCollapse() {
+  collapse_ = fmt::format("the policy collapsed: half of the consumption starts fail since {} checks",
+                          experiment_.learner.collapse_checks);
+  if (experiment_.learner.on_collapse == LearnerConfig::OnCollapse::kRevertToBest && evaluation_.best()) {
+    const auto best = candidates_.find(evaluation_.best()->version);
+    if (best != candidates_.end()) {
+      algorithm_->LoadNetworks(best->second);
+      collapse_ += fmt::format("; back to the networks of {} env steps", evaluation_.best()->env_steps);
+    }
+  }
+  log::Warning("{} ({} env steps)", collapse_, env_steps_);
+}
+
+bool Learner::CheckpointDue() const {
+  return checkpointer_ && !checkpointer_->busy() &&
+         SecondsSince(last_checkpoint_) >= experiment_.learner.checkpoint_interval_s;
+}
+
+// In LOCKSTEP `harvest` has the vehicles' states, unless an actor died in the round; then the next one is tried.
+void Learner::SaveCheckpoint(const Harvest& harvest) {
+  if (!checkpointer_) return;
+  const bool lockstep = experiment_.schedule == Schedule::kLockstep;
+  const bool whole = std::all_of(harvest.vehicles.begin(), harvest.vehicles.end(),
+                                 [](const VehicleState& v) { return !v.environment.empty(); });
+  if (lockstep && !whole) return log::Warning("no checkpoint at {} env steps: states are missing", env_steps_);
+  checkpointer_->Wait();
+  last_checkpoint_ = Clock::now();
+  checkpointer_->Write(State(harvest), &replay_);
+  log::Info("checkpoint at {} env steps handed over in {:.2f} ms", env_steps_, 1e3 * SecondsSince(last_checkpoint_));
+}
+
+RunState Learner::State(const Harvest& harvest) {
+  RunState state;
+  state.fields = ResumeFields(experiment_);
+  state.git_revision = GitRevision();
+  state.env_steps = env_steps_;
+  state.updates = updates_;
+  state.granted = granted_;
+  state.transitions_rolled_back = rolled_back_;
+  state.wall_s = report_.wall_s();
+  state.episode_log_bytes = report_.FlushEpisodes();
+  state.algorithm = algorithm_->Save();
+  state.coordinator = coordinator_.State(harvest);
+  state.evaluation = evaluation_.State();
+  state.policies.emplace_back("last.policy", ToFile(Snapshot()));
+  if (evaluation_.best()) state.policies.emplace_back("best.policy", ToFile(*evaluation_.best()));
+  return state;
+}
+
+void Learner::WriteDiagnostic(const std::string& error) {
+  if (options_.run_dir.empty()) return;
+  const UpdateInfo info = algorithm_->TakeInfo();
+  nlohmann::ordered_json json;
+  json["error"] = error;
+  json["env_steps"] = env_steps_;
+  json["updates"] = updates_;
+  json["bad_updates"] = info.bad_updates;
+  json["critic_loss"] = info.critic_loss;
+  json["actor_loss"] = info.actor_loss;
+  json["alpha"] = info.alpha;
+  json["mean_q"] = info.mean_q;
+  json["newest_checkpoint_env_steps"] = checkpointer_->status().env_steps;
+  json["replay_size"] = replay_.size();
+  WriteFileAtomically(options_.run_dir + "/diagnostic.json", json.dump(2) + "\n");
 }
 
 void Learner::Insert(const Harvest& harvest) {
@@ -106,6 +293,7 @@ void Learner::Insert(const Harvest& harvest) {
     audit_.Add(segment, shape_.observation_size, shape_.action_size);
   }
   report_.OnEpisodes(harvest.episodes, env_steps_);
+  if (progress_) progress_->Write(env_steps_);
 }
 
 int64_t Learner::UpdatesDue() const {
@@ -117,7 +305,7 @@ int64_t Learner::UpdatesDue() const {
 int64_t Learner::Train(int64_t limit) {
   const int64_t count = std::min(UpdatesDue(), limit);
   if (count <= 0) return 0;
-  algorithm_->Update(replay_, static_cast<int>(count), progress());
+  algorithm_->Update(replay_, static_cast<int>(count), run_share());
   updates_ += count;
   return count;
 }
@@ -129,17 +317,28 @@ PolicySnapshot Learner::Snapshot() const {
   return {updates_, env_steps_, std::vector<float>(parameters.begin(), parameters.end())};
 }
 
-void Learner::SaveSnapshot(const PolicySnapshot& snapshot, const std::string& name) const {
-  if (options_.run_dir.empty()) return;
-  const std::filesystem::path directory = std::filesystem::path(options_.run_dir) / "checkpoints";
-  std::filesystem::create_directories(directory);
-  SavePolicy({shape_, snapshot.parameters, snapshot.version, snapshot.env_steps, options_.experiment_hash},
-             (directory / name).string());
+PolicyFile Learner::ToFile(const PolicySnapshot& snapshot) const {
+  return {shape_, snapshot.parameters, snapshot.version, snapshot.env_steps, options_.experiment_hash};
+}
+
+// What went wrong; the run's other results shall not be lost with it.
+std::string Learner::TrySave(const PolicySnapshot& snapshot, const std::string& name) const {
+  if (options_.run_dir.empty()) return "";
+  try {
+    SavePolicy(ToFile(snapshot), CheckpointDirectory(options_.run_dir) + "/" + name);
+    return "";
+  } catch (const Error& error) {
+    log::Error("{}", error.what());
+    return error.what();
+  }
 }
 
 RunCounters Learner::Counters(const char* phase) {
   RunCounters counters;
   counters.phase = phase;
+  counters.rolled_back = rolled_back_;
+  counters.warning = collapse_;
+  if (checkpointer_ && !checkpointer_->status().error.empty()) counters.warning = checkpointer_->status().error;
   counters.env_steps = env_steps_;
   counters.updates = updates_;
   counters.replay_size = replay_.size();
@@ -153,7 +352,8 @@ RunCounters Learner::Counters(const char* phase) {
 
 void Learner::FinishRun() {
   const PolicySnapshot last = Snapshot();
-  SaveSnapshot(last, "last.policy");
+  if (checkpointer_) checkpointer_->Wait();  // it writes the same files
+  std::string failure = TrySave(last, "last.policy");
   report_.TrainingEnded(Counters("testing"));
   RunResult result;
   if (env_steps_ >= experiment_.total_env_steps) {
@@ -162,13 +362,14 @@ void Learner::FinishRun() {
       completed_ = true;
     }
   }
-  if (evaluation_.best()) SaveSnapshot(*evaluation_.best(), "best.policy");
+  if (evaluation_.best()) failure += TrySave(*evaluation_.best(), "best.policy");
   result.completed = completed_;
   result.policy_tested = evaluation_.best() ? "best" : "last";
   result.weights_crc32c = algorithm_->WeightsCrc32c();
   report_.Finish(Counters(completed_ ? "finished" : "stopped"), result);
   audit_.Flush();
   coordinator_.Finish();
+  if (!failure.empty()) ThrowError("{}", failure);
 }
 
 }  // namespace cairn::learner

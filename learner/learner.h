@@ -1,7 +1,10 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +13,8 @@
 #include "common/nn/policy.h"
 #include "common/rl/audit_log.h"
 #include "learner/algorithms/algorithm.h"
+#include "learner/checkpoint/checkpointer.h"
+#include "learner/checkpoint/progress_file.h"
 #include "learner/coordinator.h"
 #include "learner/evaluation_schedule.h"
 #include "learner/replay/replay_buffer.h"
@@ -19,6 +24,7 @@ namespace cairn::learner {
 
 struct LearnerOptions {
   std::string run_dir;    ///< empty: nothing is written
+  bool resume = false;    ///< go on from the newest checkpoint there
   int num_actors = 1;     ///< to wait for at the start
   int64_t launch_us = 0;  ///< MonotonicUs() when the user started the run
   uint64_t experiment_hash = 0;
@@ -31,15 +37,21 @@ class Learner {
   Learner(Bus* bus, const Experiment& experiment, const LearnerOptions& options);
 
   /// Trains to the end of the run and tests. Returns normally also when stopped; `completed()` tells.
-  /// Throws Error on a non-finite update and when a file cannot be written.
+  /// Throws Error when too many updates in a row are not finite and when the summary cannot be written, UsageError when
+  /// the run cannot be resumed or learner.init_from does not fit.
   void Run();
 
-  /// Ends Run soon, from any thread: the policy so far is saved, the summary says completed: false.
-  void RequestStop() { coordinator_.Stop(); }
+  /// Ends Run soon, from any thread: a checkpoint is written, the policy so far is saved, the summary says completed:
+  /// false.
+  void RequestStop();
 
   bool completed() const { return completed_; }
 
  private:
+  void Prepare();
+  void Restore();
+  void InitFrom(const std::string& run_dir);
+  void StartRounds();
   void RunLockstep();
   void RunAsync();
   void GrantNextRound();
@@ -49,10 +61,19 @@ class Learner {
   int64_t UpdatesDue() const;
   void Publish();
   void FinishRun();
+  void Evaluate();
+  void OnCollapse();
+  bool CheckpointDue() const;
+  void SaveCheckpoint(const Harvest& harvest);
+  RunState State(const Harvest& harvest);
+  PolicyFile ToFile(const PolicySnapshot& snapshot) const;
+  void WriteDiagnostic(const std::string& error);
   RunCounters Counters(const char* phase);
   PolicySnapshot Snapshot() const;
-  void SaveSnapshot(const PolicySnapshot& snapshot, const std::string& name) const;
-  double progress() const { return static_cast<double>(env_steps_) / static_cast<double>(experiment_.total_env_steps); }
+  std::string TrySave(const PolicySnapshot& snapshot, const std::string& name) const;
+  double run_share() const {
+    return static_cast<double>(env_steps_) / static_cast<double>(experiment_.total_env_steps);
+  }
 
   Bus* bus_;
   const Experiment& experiment_;
@@ -67,6 +88,16 @@ class Learner {
   int64_t env_steps_ = 0;  // inserted
   int64_t granted_ = 0;    // LOCKSTEP: granted, inserted or not
   int64_t updates_ = 0;
+  int64_t rolled_back_ = 0;
+  std::unique_ptr<ProgressFile> progress_;
+  std::unique_ptr<Checkpointer> checkpointer_;
+  TimePoint last_checkpoint_{};
+  bool saving_ = false;                                    // LOCKSTEP: a round that gives the vehicles' states is open
+  std::optional<RunState> resumed_;                        // until the run has taken it up
+  std::map<int64_t, std::vector<StateArray>> candidates_;  // REVERT_TO_BEST: by version under evaluation
+  std::string collapse_;                                   // what was said of it; empty: nothing
+  std::atomic<bool> stop_requested_{false};
+  std::atomic<bool> training_{false};
   bool completed_ = false;
 };
 

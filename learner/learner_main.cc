@@ -8,7 +8,7 @@ int main(int argc, char** argv) {
     cairn::Bus bus(process.MakeBusConfig());
     cairn::learner::Learner learner(
         &bus, process.experiment(),
-        {options.run_dir, options.actors, options.launch_utime_us, process.experiment_hash()});
+        {options.run_dir, options.resume, options.actors, options.launch_utime_us, process.experiment_hash()});
     process.OnStop([&learner] { learner.RequestStop(); });
     learner.Run();
     process.OnStop([] {});

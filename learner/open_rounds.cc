@@ -7,13 +7,46 @@
 
 namespace cairn::learner {
 
-void OpenRounds::Grant(int steps, int extra, int64_t policy_version, bool warm_up) {
+int64_t OpenRounds::Grant(int steps, int extra, int64_t policy_version, bool warm_up, bool save) {
   CAIRN_CHECK(rounds_.empty() || rounds_.back().grant.extra == 0, "only the last round has extra steps");
   vehicle_steps_ += steps;
   Round round;
-  round.grant = {++newest_, vehicle_steps_, extra, policy_version, warm_up};
-  round.missing = int64_t{steps} * num_vehicles_ + extra;
+  round.grant = {++newest_, vehicle_steps_, extra, policy_version, warm_up, save};
+  round.state = {steps, extra, warm_up, {policy_version, 0, {}}};
+  for (size_t v = 0; v < granted_to_.size(); ++v) {
+    const int64_t target = std::max(granted_to_[v], round.grant.Target(static_cast<int32_t>(v)));
+    round.missing += target - granted_to_[v];
+    granted_to_[v] = target;
+  }
+  if (save) round.harvest.vehicles.resize(granted_to_.size());
+  const int64_t granted = round.missing;
   rounds_.push_back(std::move(round));
+  return granted;
+}
+
+void OpenRounds::Restore(int64_t rounds, std::vector<int64_t> steps) {
+  CAIRN_CHECK(rounds_.empty() && steps.size() == granted_to_.size());
+  newest_ = rounds;
+  vehicle_steps_ = *std::min_element(steps.begin(), steps.end());
+  granted_to_ = std::move(steps);
+}
+
+bool OpenRounds::level() const {
+  return std::all_of(granted_to_.begin(), granted_to_.end(), [this](int64_t s) { return s == granted_to_.front(); });
+}
+
+void OpenRounds::Passed(int32_t vehicle, const VehicleState& state) {
+  for (Round& round : rounds_) {
+    if (round.grant.save && round.grant.Target(vehicle) == state.steps) {
+      round.harvest.vehicles[static_cast<size_t>(vehicle)] = state;
+    }
+  }
+}
+
+std::vector<RoundState> OpenRounds::open() const {
+  std::vector<RoundState> open;
+  for (const Round& round : rounds_) open.push_back(round.state);
+  return open;
 }
 
 OpenRounds::Round* OpenRounds::RoundOf(int32_t vehicle, int64_t vehicle_steps) {

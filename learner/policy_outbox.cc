@@ -21,6 +21,11 @@ void PolicyOutbox::Add(int64_t version, std::span<const float> parameters) {
   Send(version, &it->second);
 }
 
+std::vector<float> PolicyOutbox::Find(int64_t version) const {
+  const auto it = policies_.find(version);
+  return it == policies_.end() ? std::vector<float>() : it->second.parameters;
+}
+
 void PolicyOutbox::Resend(int64_t version, TimePoint now) {
   const auto it = policies_.find(version);
   if (it != policies_.end() && now - it->second.sent_at > kResendGap) Send(version, &it->second);

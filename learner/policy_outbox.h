@@ -20,6 +20,9 @@ class PolicyOutbox {
   /// Keeps and sends a version; one that is here already changes nothing.
   void Add(int64_t version, std::span<const float> parameters);
 
+  /// Parameters of a version that is kept; empty when it is not.
+  std::vector<float> Find(int64_t version) const;
+
   /// An actor lacks a version: sends it again, unless that was done a moment ago for another.
   void Resend(int64_t version, TimePoint now);
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "common/core/check.h"
 #include "common/core/clock.h"
 #include "common/core/files.h"
 #include "common/core/log.h"
@@ -66,17 +67,39 @@ const char* SetName(StartSet set) {
 }  // namespace
 
 RunReport::RunReport(Bus* bus, const Experiment& experiment, const std::string& run_dir, int64_t launch_us)
-    : bus_(bus), experiment_(experiment), run_dir_(run_dir), launch_us_(launch_us != 0 ? launch_us : MonotonicUs()) {
-  if (run_dir.empty()) return;
-  events_ = std::make_unique<EventWriter>(run_dir);
-  episode_log_ = std::make_unique<EpisodeLog>((std::filesystem::path(run_dir) / "episodes.csv").string());
+    : bus_(bus), experiment_(experiment), run_dir_(run_dir), launch_us_(launch_us != 0 ? launch_us : MonotonicUs()) {}
+
+void RunReport::Open(double wall_s, int64_t episode_log_bytes) {
+  earlier_wall_s_ = wall_s;
+  if (run_dir_.empty()) return;
+  events_ = std::make_unique<EventWriter>(run_dir_);
+  episode_log_ =
+      std::make_unique<EpisodeLog>((std::filesystem::path(run_dir_) / "episodes.csv").string(), episode_log_bytes);
 }
 
-double RunReport::wall_s() const { return static_cast<double>(MonotonicUs() - launch_us_) * 1e-6; }
+double RunReport::wall_s() const { return earlier_wall_s_ + static_cast<double>(MonotonicUs() - launch_us_) * 1e-6; }
+
+// A disk that is full for a while is no reason to stop training: what could not be written is kept, said, and written
+// when there is room again.
+template <typename Write>
+void RunReport::TryToWrite(const Write& write) {
+  try {
+    write();
+  } catch (const Error& error) {
+    if (log_error_.empty()) log::Error("{}", error.what());
+    log_error_ = error.what();
+  }
+}
+
+int64_t RunReport::FlushEpisodes() {
+  if (!episode_log_) return 0;
+  TryToWrite([this] { episode_log_->Flush(); });
+  return episode_log_->size();
+}
 
 void RunReport::OnEpisodes(const std::vector<EpisodeResult>& episodes, int64_t env_steps) {
   for (const EpisodeResult& episode : episodes) {
-    if (episode_log_) episode_log_->Add(episode, env_steps, wall_s());
+    if (episode_log_) TryToWrite([&] { episode_log_->Add(episode, env_steps, wall_s()); });
     recent_.push_back(episode);
     if (recent_.size() > kRecentEpisodes) recent_.pop_front();
   }
@@ -91,19 +114,29 @@ void RunReport::OnEvaluation(const EvaluationReport& report, const EvaluationSum
     events_->Scalar(fmt::format("{}/{}", report.request.set == StartSet::kConsumption ? "eval" : set, name), value,
                     report.request.env_steps);
   };
-  write("success_rate", summary.success_rate);
-  write("mean_ep_length", static_cast<double>(summary.steps) / std::max(1, summary.trials));
-  write("mean_reward", summary.mean_return);
-  write("spl", summary.spl);
+  TryToWrite([&] {
+    write("success_rate", summary.success_rate);
+    write("mean_ep_length", static_cast<double>(summary.steps) / std::max(1, summary.trials));
+    write("mean_reward", summary.mean_return);
+    write("spl", summary.spl);
+  });
 }
 
 void RunReport::Visit(const RunCounters& counters, Algorithm* algorithm) {
   if (counters.env_steps >= next_scalars_) {
     next_scalars_ = counters.env_steps + kScalarInterval;
     last_info_ = algorithm->TakeInfo();
-    if (events_) Scalars(counters, last_info_);
+    if (events_) TryToWrite([&] { Scalars(counters, last_info_); });
   }
-  if (Clock::now() - last_telemetry_ >= kTelemetryInterval) Telemetry(counters);
+  if (Clock::now() - last_telemetry_ < kTelemetryInterval) return;
+  if (!log_error_.empty()) {
+    log_error_.clear();
+    TryToWrite([this] {
+      episode_log_->Flush();
+      events_->Flush();
+    });
+  }
+  Telemetry(counters);
 }
 
 // Tags as Stable-Baselines3 writes them, so that its dashboards work.
@@ -121,6 +154,7 @@ void RunReport::Scalars(const RunCounters& counters, const UpdateInfo& info) {
     write("train/critic_loss", info.critic_loss);
     write("train/actor_loss", info.actor_loss);
     write("train/mean_q", info.mean_q);
+    write("train/bad_updates", static_cast<double>(info.bad_updates));
     if (experiment_.learner.algorithm == LearnerConfig::Algorithm::kSac) {
       write("train/ent_coef", info.alpha);
       write("train/ent_coef_loss", info.alpha_loss);
@@ -136,7 +170,10 @@ void RunReport::Telemetry(const RunCounters& counters) {
   last_telemetry_ = now;
   const double seconds = std::chrono::duration<double>(now - rate_time_).count();
   if (rate_from_.phase != counters.phase) {
-    if (counters.phase == "training") training_started_s_ = wall_s();
+    if (counters.phase == "training") {
+      training_started_s_ = wall_s();
+      started_ = counters;
+    }
     rate_from_ = counters;
     rate_time_ = now;
   } else if (seconds >= kRateWindow_s) {
@@ -167,6 +204,7 @@ void RunReport::Telemetry(const RunCounters& counters) {
   message.alpha = last_info_.alpha;
   message.policy_lag = MeanLag(counters.stream);
   message.wall_s = wall_s();
+  message.warning = !counters.warning.empty() ? counters.warning : log_error_;
   message.phase = counters.phase;
   bus_->Publish(Plane::kTelemetry, kLearnerChannel, message);
 }
@@ -190,6 +228,7 @@ void RunReport::Finish(const RunCounters& counters, const RunResult& result) {
   json["consumption_env_steps"] = reached ? nlohmann::ordered_json(counters.consumption_env_steps) : nullptr;
   json["consumption_wall_s"] = reached ? nlohmann::ordered_json(counters.consumption_wall_s) : nullptr;
   json["stays_solved"] = counters.stays_solved;
+  json["bad_updates"] = last_info_.bad_updates;
   const EvaluationSummary& test = result.test;
   json["success_rate"] = result.completed ? nlohmann::ordered_json(test.success_rate) : nullptr;
   json["success_interval"] = {test.success_interval.low, test.success_interval.high};
@@ -204,9 +243,9 @@ void RunReport::Finish(const RunCounters& counters, const RunResult& result) {
   json["mean_jerk"] = test.mean_jerk;
   json["transitions_lost"] = counters.stream.transitions_lost;
   json["transitions_duplicate"] = counters.stream.transitions_duplicate;
-  json["transitions_rolled_back"] = 0;
-  json["env_steps_per_s"] = Rate(0, counters.env_steps, training_s);
-  json["updates_per_s"] = Rate(0, counters.updates, training_s);
+  json["transitions_rolled_back"] = counters.rolled_back;
+  json["env_steps_per_s"] = Rate(started_.env_steps, counters.env_steps, training_s);
+  json["updates_per_s"] = Rate(started_.updates, counters.updates, training_s);
   json["policy_lag_mean"] = MeanLag(counters.stream);
   json["seed"] = experiment_.seed;
   json["deterministic"] = experiment_.schedule == Schedule::kLockstep && !counters.stream.disturbed;

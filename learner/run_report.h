@@ -19,6 +19,7 @@ namespace cairn::learner {
 /// Where a run stands, as the learner counts it.
 struct RunCounters {
   std::string phase;
+  std::string warning;  ///< what does not work at the moment; empty: nothing
   int64_t env_steps = 0;
   int64_t updates = 0;
   int replay_size = 0;
@@ -26,6 +27,7 @@ struct RunCounters {
   int64_t consumption_env_steps = -1;
   double consumption_wall_s = -1;
   double stays_solved = 1;
+  int64_t rolled_back = 0;  ///< transitions
   int last_solved = -1;
 };
 
@@ -41,8 +43,14 @@ struct RunResult {
 class RunReport {
  public:
   /// Writes into `run_dir` (empty: telemetry and log only). `launch_us` is MonotonicUs() at the user's command.
-  /// Throws Error naming the path when a file cannot be opened.
   RunReport(Bus* bus, const Experiment& experiment, const std::string& run_dir, int64_t launch_us);
+
+  /// Opens the files; a resumed run goes on after `wall_s` seconds and behind `episode_log_bytes` (−1: a new run).
+  /// Throws Error naming the path when one cannot be opened.
+  void Open(double wall_s = 0, int64_t episode_log_bytes = -1);
+
+  /// Bytes of episodes.csv so far, all of it handed to the system.
+  int64_t FlushEpisodes();
 
   void OnEpisodes(const std::vector<EpisodeResult>& episodes, int64_t env_steps);
   void OnEvaluation(const EvaluationReport& report, const EvaluationSummary& summary);
@@ -64,6 +72,8 @@ class RunReport {
 
  private:
   void Scalars(const RunCounters& counters, const UpdateInfo& info);
+  template <typename Write>
+  void TryToWrite(const Write& write);
 
   Bus* bus_;
   const Experiment& experiment_;
@@ -73,13 +83,16 @@ class RunReport {
   std::unique_ptr<EpisodeLog> episode_log_;
   std::deque<EpisodeResult> recent_;  // last 100 training episodes
   UpdateInfo last_info_;
-  double last_success_ = -1;  // newest validation or test
+  std::string log_error_;      // why a log file could not be written the last time; empty: it could
+  double earlier_wall_s_ = 0;  // of the processes before this one
+  double last_success_ = -1;   // newest validation or test
   int64_t next_scalars_ = 0;
   TimePoint last_telemetry_{};
   RunCounters rate_from_;
   TimePoint rate_time_{};
   double env_steps_per_s_ = 0;
   double updates_per_s_ = 0;
+  RunCounters started_;  // when training began in this process
   double training_started_s_ = -1;
   double training_ended_s_ = -1;
 };

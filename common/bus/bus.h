@@ -106,6 +106,7 @@ class Bus {
 // Channel names: ≤ 20 characters are readable in lcm-spy; ids have fixed width; no counters in names.
 constexpr const char* kControlChannel = "CAIRN_CONTROL";
 constexpr const char* kWelcomeChannel = "CAIRN_WELCOME";
+constexpr const char* kStateChannel = "CAIRN_STATE";
 constexpr const char* kPolicyChannel = "CAIRN_POLICY";
 constexpr const char* kHelloChannel = "CAIRN_HELLO";
 constexpr const char* kStatusChannel = "CAIRN_STATUS";

@@ -15,6 +15,7 @@ namespace cairn {
 Bytes Encode(const Echo& message);
 Bytes Encode(const Hello& message);
 Bytes Encode(const Welcome& message);
+Bytes Encode(const AssignedState& message);
 Bytes Encode(const ActorStatus& message);
 Bytes Encode(const Experience& message);
 Bytes Encode(const Control& message);

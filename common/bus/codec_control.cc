@@ -44,6 +44,7 @@ Bytes Encode(const Control& m) {
   t.round_extra = Column<int32_t, Round>(m.rounds, [](const Round& r) { return r.extra; });
   t.round_policy_version = Column<int64_t, Round>(m.rounds, [](const Round& r) { return r.policy_version; });
   t.round_warm_up = Column<int8_t, Round>(m.rounds, [](const Round& r) { return static_cast<int8_t>(r.warm_up); });
+  t.round_save = Column<int8_t, Round>(m.rounds, [](const Round& r) { return static_cast<int8_t>(r.save); });
   t.evaluation_id = m.evaluation_id;
   t.evaluation_version = m.evaluation_version;
   t.evaluation_set = static_cast<int8_t>(m.evaluation_set);
@@ -64,7 +65,7 @@ template <>
 std::optional<Control> Decode<Control>(ByteSpan bytes) {
   SizeWalker walker(bytes);
   walker.Skip(8 + 5 * 8 + 3 + 8);
-  walker.Array(walker.Count(), 3 * 8 + 4 + 1);
+  walker.Array(walker.Count(), 3 * 8 + 4 + 2);
   walker.Skip(2 * 8 + 1);
   walker.Array(walker.Count(), 3 * 4 + 6 * 8);
   const auto t = DecodeType<cairn_lcm::control_t>(bytes, walker.Done());
@@ -81,8 +82,12 @@ std::optional<Control> Decode<Control>(ByteSpan bytes) {
   m.policy_version = t->policy_version;
   m.rounds.resize(static_cast<size_t>(t->num_rounds));
   for (size_t i = 0; i < m.rounds.size(); ++i) {
-    m.rounds[i] = {t->round[i], t->round_vehicle_steps[i], t->round_extra[i], t->round_policy_version[i],
-                   t->round_warm_up[i] != 0};
+    m.rounds[i] = {t->round[i],
+                   t->round_vehicle_steps[i],
+                   t->round_extra[i],
+                   t->round_policy_version[i],
+                   t->round_warm_up[i] != 0,
+                   t->round_save[i] != 0};
     if (m.rounds[i].vehicle_steps < 0 || m.rounds[i].extra < 0) return std::nullopt;
   }
   m.evaluation_id = t->evaluation_id;

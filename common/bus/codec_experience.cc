@@ -64,6 +64,19 @@ void EncodeEpisodes(const std::vector<EpisodeResult>& episodes, cairn_lcm::exper
   }
 }
 
+void EncodeStates(const std::vector<VehicleStatePiece>& states, cairn_lcm::experience_t* t) {
+  t->num_states = static_cast<int32_t>(states.size());
+  for (const VehicleStatePiece& piece : states) {
+    t->state_vehicle.push_back(piece.vehicle);
+    t->state_steps.push_back(piece.steps);
+    t->state_total.push_back(piece.total);
+    t->state_offset.push_back(piece.offset);
+    t->state_size.push_back(static_cast<int32_t>(piece.data.size()));
+    t->state_data.insert(t->state_data.end(), piece.data.begin(), piece.data.end());
+  }
+  t->num_state_data = static_cast<int32_t>(t->state_data.size());
+}
+
 bool DecodeSegments(const cairn_lcm::experience_t& t, Experience* m) {
   const auto observation = static_cast<size_t>(t.observation_size);
   const auto action = static_cast<size_t>(t.action_size);
@@ -113,6 +126,20 @@ bool DecodeEpisodes(const cairn_lcm::experience_t& t, Experience* m) {
   return true;
 }
 
+bool DecodeStates(const cairn_lcm::experience_t& t, Experience* m) {
+  size_t at = 0;
+  m->states.resize(static_cast<size_t>(t.num_states));
+  for (size_t i = 0; i < m->states.size(); ++i) {
+    const int32_t size = t.state_size[i];
+    if (t.state_offset[i] < 0 || size < 0 || static_cast<size_t>(size) > t.state_data.size() - at) return false;
+    const auto begin = t.state_data.begin() + static_cast<std::ptrdiff_t>(at);
+    m->states[i] = {t.state_vehicle[i], t.state_steps[i], t.state_total[i], t.state_offset[i],
+                    Bytes(begin, begin + size)};
+    at += static_cast<size_t>(size);
+  }
+  return at == t.state_data.size();
+}
+
 }  // namespace
 
 Bytes Encode(const Experience& m) {
@@ -126,6 +153,7 @@ Bytes Encode(const Experience& m) {
   t.action_size = m.action_size;
   EncodeSegments(m, &t);
   EncodeEpisodes(m.episodes, &t);
+  EncodeStates(m.states, &t);
   return EncodeType(t);
 }
 
@@ -136,9 +164,13 @@ std::optional<Experience> Decode<Experience>(ByteSpan bytes) {
   const size_t segments = walker.Count();
   const size_t episodes = walker.Count();
   const size_t data = walker.Count();
+  const size_t states = walker.Count();
+  const size_t state_data = walker.Count();
   walker.Array(segments, 4 * 4 + 1 + 2 * 8);
   walker.Array(episodes, 2 * 1 + 3 * 4 + 8 + 6 * 4);
   walker.Array(data, 4);
+  walker.Array(states, 4 * 4 + 8);
+  walker.Array(state_data, 1);
   const auto t = DecodeType<cairn_lcm::experience_t>(bytes, walker.Done());
   if (!t || t->observation_size < 1 || t->observation_size > kMaxFloatsPerStep) return std::nullopt;
   if (t->action_size < 1 || t->action_size > kMaxFloatsPerStep || t->sequence < 1) return std::nullopt;
@@ -150,7 +182,7 @@ std::optional<Experience> Decode<Experience>(ByteSpan bytes) {
   m.actor_id = t->actor_id;
   m.observation_size = t->observation_size;
   m.action_size = t->action_size;
-  if (!DecodeSegments(*t, &m) || !DecodeEpisodes(*t, &m)) return std::nullopt;
+  if (!DecodeSegments(*t, &m) || !DecodeEpisodes(*t, &m) || !DecodeStates(*t, &m)) return std::nullopt;
   return m;
 }
 

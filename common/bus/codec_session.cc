@@ -1,6 +1,7 @@
 #include <cairn_lcm/actor_status_t.hpp>
 #include <cairn_lcm/echo_t.hpp>
 #include <cairn_lcm/hello_t.hpp>
+#include <cairn_lcm/vehicle_state_t.hpp>
 #include <cairn_lcm/welcome_t.hpp>
 
 #include "common/bus/codec.h"
@@ -71,6 +72,7 @@ Bytes Encode(const Welcome& m) {
   t.vehicle = m.vehicle;
   t.next_episode = m.next_episode;
   t.steps_done = m.steps_done;
+  t.state_bytes = m.state_bytes;
   t.reason = m.reason;
   return EncodeType(t);
 }
@@ -79,12 +81,38 @@ template <>
 std::optional<Welcome> Decode<Welcome>(ByteSpan bytes) {
   SizeWalker walker(bytes);
   walker.Skip(8 + 4 * 8 + 1);
-  walker.Array(walker.Count(), 2 * 4 + 8);
+  walker.Array(walker.Count(), 3 * 4 + 8);
   walker.String();
   auto t = DecodeType<cairn_lcm::welcome_t>(bytes, walker.Done());
   if (!t || t->status < 0 || t->status > 2) return std::nullopt;
-  return Welcome{t->incarnation, t->session,      t->assignment, Welcome::Status{t->status},
-                 t->vehicle,     t->next_episode, t->steps_done, t->reason};
+  return Welcome{t->incarnation, t->session,     t->assignment, Welcome::Status{t->status}, t->vehicle, t->next_episode,
+                 t->steps_done,  t->state_bytes, t->reason};
+}
+
+Bytes Encode(const AssignedState& m) {
+  cairn_lcm::vehicle_state_t t;
+  t.utime = WallUs();
+  t.incarnation = m.incarnation;
+  t.session = m.session;
+  t.assignment = m.assignment;
+  t.steps = m.piece.steps;
+  t.vehicle = m.piece.vehicle;
+  t.total = m.piece.total;
+  t.offset = m.piece.offset;
+  t.size = static_cast<int32_t>(m.piece.data.size());
+  t.data = m.piece.data;
+  return EncodeType(t);
+}
+
+template <>
+std::optional<AssignedState> Decode<AssignedState>(ByteSpan bytes) {
+  SizeWalker walker(bytes);
+  walker.Skip(8 + 5 * 8 + 3 * 4);
+  walker.Array(walker.Count(), 1);
+  auto t = DecodeType<cairn_lcm::vehicle_state_t>(bytes, walker.Done());
+  if (!t || t->vehicle < 0 || t->total < 1 || t->offset < 0 || t->size > t->total - t->offset) return std::nullopt;
+  return AssignedState{
+      t->incarnation, t->session, t->assignment, {t->vehicle, t->steps, t->total, t->offset, std::move(t->data)}};
 }
 
 Bytes Encode(const ActorStatus& m) {

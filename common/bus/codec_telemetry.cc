@@ -38,6 +38,7 @@ Bytes Encode(const LearnerTelemetry& m) {
   t.alpha = m.alpha;
   t.policy_lag = m.policy_lag;
   t.wall_s = m.wall_s;
+  t.warning = m.warning;
   t.phase = m.phase;
   return EncodeType(t);
 }
@@ -46,6 +47,7 @@ template <>
 std::optional<LearnerTelemetry> Decode<LearnerTelemetry>(ByteSpan bytes) {
   SizeWalker walker(bytes);
   walker.Skip(8 + 9 * 8 + 3 * 4 + 10 * 8);
+  walker.String();
   walker.String();
   const auto t = DecodeType<cairn_lcm::learner_telemetry_t>(bytes, walker.Done());
   if (!t) return std::nullopt;
@@ -70,6 +72,7 @@ std::optional<LearnerTelemetry> Decode<LearnerTelemetry>(ByteSpan bytes) {
                           .alpha = t->alpha,
                           .policy_lag = t->policy_lag,
                           .wall_s = t->wall_s,
+                          .warning = t->warning,
                           .phase = t->phase};
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/bytes.h"
 #include "common/rl/episode.h"
 #include "common/rl/segment.h"
 
@@ -33,6 +34,15 @@ struct Hello {
   std::string isa;
 };
 
+/// A piece of a vehicle's state, as an actor saves it at the end of a round and another takes it up again.
+struct VehicleStatePiece {
+  int32_t vehicle = 0;
+  int64_t steps = 0;  ///< transitions of the vehicle since the run's start
+  int32_t total = 0;  ///< bytes of the whole state
+  int32_t offset = 0;
+  Bytes data;
+};
+
 struct Welcome {
   enum class Status : int8_t { kAccepted = 0, kRefused = 1, kIdTaken = 2 };
   int64_t incarnation = 0;
@@ -42,7 +52,15 @@ struct Welcome {
   std::vector<int32_t> vehicle;
   std::vector<int32_t> next_episode;
   std::vector<int64_t> steps_done;
+  std::vector<int32_t> state_bytes;
   std::string reason;
+};
+
+struct AssignedState {
+  int64_t incarnation = 0;
+  int64_t session = 0;
+  int64_t assignment = 0;
+  VehicleStatePiece piece;
 };
 
 struct ActorStatus {
@@ -65,6 +83,7 @@ struct Experience {
   int32_t action_size = 0;
   std::vector<Segment> segments;
   std::vector<EpisodeResult> episodes;
+  std::vector<VehicleStatePiece> states;
 };
 
 struct Control {
@@ -86,6 +105,7 @@ struct Control {
     int32_t extra = 0;
     int64_t policy_version = 0;
     bool warm_up = false;
+    bool save = false;
 
     /// Transitions that a vehicle has made since the run's start when this round is complete.
     int64_t Target(int32_t vehicle) const { return vehicle_steps + (vehicle < extra ? 1 : 0); }
@@ -166,6 +186,7 @@ struct LearnerTelemetry {
   double alpha = 0;
   double policy_lag = 0;
   double wall_s = 0;
+  std::string warning;
   std::string phase;
 };
 

@@ -149,6 +149,13 @@ struct LearnerConfig {
   double target_noise_clip = 0.5;
   double action_noise = 0.1;
   double max_grad_norm = 0.0;
+  std::string init_from;
+  double checkpoint_interval_s = 30.0;
+  int checkpoints_kept = 2;
+  int max_bad_updates = 10;
+  enum class OnCollapse { kContinue, kRevertToBest };
+  OnCollapse on_collapse = OnCollapse::kContinue;
+  int collapse_checks = 3;
   int update_threads = 1;
 
   bool operator==(const LearnerConfig&) const = default;

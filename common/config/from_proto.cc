@@ -136,6 +136,12 @@ LearnerConfig Learner(const proto::Learner& message) {
   learner.target_noise_clip = message.target_noise_clip();
   learner.action_noise = message.action_noise();
   learner.max_grad_norm = message.max_grad_norm();
+  learner.init_from = message.init_from();
+  learner.checkpoint_interval_s = message.checkpoint_interval_s();
+  learner.checkpoints_kept = message.checkpoints_kept();
+  learner.max_bad_updates = message.max_bad_updates();
+  learner.on_collapse = ConvertEnum<LearnerConfig::OnCollapse>(message.on_collapse());
+  learner.collapse_checks = message.collapse_checks();
   learner.update_threads = message.update_threads();
   return learner;
 }

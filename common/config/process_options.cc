@@ -48,6 +48,7 @@ void AddSharedOptions(CLI::App* app, ProcessOptions* options, std::string* run_i
 void AddOwnOptions(ProcessKind kind, CLI::App* app, ProcessOptions* options) {
   if (kind == ProcessKind::kLearner) {
     app->add_option("--actors", options->actors, "Actors to expect")->check(CLI::Range(1, 65536));
+    app->add_flag("--resume", options->resume, "Go on from the newest checkpoint in the run directory");
     app->add_option("--launch-utime-us", options->launch_utime_us, "Monotonic time of the launch, microseconds");
   } else if (kind == ProcessKind::kActor) {
     app->add_option("--actor-id", options->actor_id, "Index of this actor")->check(CLI::Range(0, 65535));
@@ -96,6 +97,7 @@ std::vector<std::string> ToArguments(ProcessKind kind, const ProcessOptions& opt
   if (options.parent_fd >= 0) add("--parent-fd", std::to_string(options.parent_fd));
   if (!options.log_level.empty()) add("--log-level", options.log_level);
   if (kind == ProcessKind::kLearner) {
+    if (options.resume) arguments.push_back("--resume");
     add("--actors", std::to_string(options.actors));
     add("--launch-utime-us", std::to_string(options.launch_utime_us));
   }

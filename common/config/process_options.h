@@ -27,6 +27,7 @@ struct ProcessOptions {
   std::string log_level;   ///< --log-level: debug, info (default), warning or error
 
   // cairn-learner
+  bool resume = false;          ///< --resume: go on from the newest checkpoint of --run-dir
   int actors = 1;               ///< --actors: how many actors to expect at the start
   int64_t launch_utime_us = 0;  ///< --launch-utime-us: MonotonicUs() when `cairn train` began; 0: now
 

@@ -24,13 +24,14 @@ int WriteAndSync(int fd, const std::string& text) {
 }
 
 // The rename itself is lost in a crash unless its directory is on disk.
-void SyncDirectory(const std::string& path) {
+int SyncDirectory(const std::string& path) {
   const size_t slash = path.rfind('/');
   const std::string directory = slash == std::string::npos ? "." : path.substr(0, slash + 1);
   const int fd = open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return;
-  fsync(fd);
+  if (fd < 0) return errno;
+  const int error = fsync(fd) == 0 ? 0 : errno;
   close(fd);
+  return error;
 }
 
 }  // namespace
@@ -46,7 +47,26 @@ void WriteFileAtomically(const std::string& path, const std::string& text) {
     unlink(beside.c_str());
     ThrowError("cannot write {}: {}", path, std::strerror(error));
   }
-  SyncDirectory(path);
+  error = SyncDirectory(path);
+  if (error != 0) ThrowError("cannot sync the directory of {}: {}", path, std::strerror(error));
+}
+
+std::string ReadFile(const std::string& path) {
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) ThrowError("cannot read {}: {}", path, std::strerror(errno));
+  std::string text;
+  const off_t size = lseek(fd, 0, SEEK_END);
+  text.reserve(size > 0 ? static_cast<size_t>(size) : 0);
+  lseek(fd, 0, SEEK_SET);
+  char block[1 << 16];
+  ssize_t n = 0;
+  while ((n = read(fd, block, sizeof(block))) > 0 || (n < 0 && errno == EINTR)) {
+    if (n > 0) text.append(block, static_cast<size_t>(n));
+  }
+  const int error = n < 0 ? errno : 0;
+  close(fd);
+  if (error != 0) ThrowError("cannot read {}: {}", path, std::strerror(error));
+  return text;
 }
 
 }  // namespace cairn

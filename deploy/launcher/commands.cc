@@ -39,7 +39,9 @@ void AddTrain(CLI::App* app, Commands* commands, int64_t launch_utime_us) {
   auto seed = std::make_shared<std::string>();
   options->launch_utime_us = launch_utime_us;
   CLI::App* command = app->add_subcommand("train", "Train a policy: starts planner, learner and actors");
-  command->add_option("file", options->file, "Experiment file")->required();
+  command->add_option("file", options->file, "Experiment file");
+  command->add_option("--resume", options->resume,
+                      "Run directory of an interrupted run to go on with, instead of a file");
   command->add_option("--run-dir", options->run_dir, "Run directory (default: runs/<name>-<date>-<time>)");
   command->add_option("--actors", options->actors, "Actor processes (default: the CPUs less one)")
       ->check(CLI::Range(1, 65536));

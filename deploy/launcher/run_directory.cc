@@ -103,6 +103,26 @@ RunDirectory RunDirectory::Open(const std::string& path) {
   return directory;
 }
 
+RunDirectory RunDirectory::Resume(const std::string& path, int64_t total_env_steps) {
+  RunDirectory directory = Open(path);
+  bool any = false;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(directory.path_ + "/checkpoints", error)) {
+    any = any || entry.path().extension() == ".ckpt";
+  }
+  if (!any) ThrowUsageError("--resume {}: checkpoints/ holds none to go on from", path);
+  std::ifstream file(directory.path_ + "/summary.json");
+  const nlohmann::json summary = nlohmann::json::parse(file, nullptr, false);
+  if (summary.is_object() && summary.value("completed", false) &&
+      summary.value("env_steps", int64_t{0}) >= total_env_steps) {
+    ThrowUsageError(
+        "--resume {}: the run is complete ({} env steps); a larger total_env_steps in its experiment.textproto "
+        "lets it go on",
+        path, total_env_steps);
+  }
+  return directory;
+}
+
 void WriteRunInfo(const RunDirectory& directory, const RunInfo& info) {
   nlohmann::ordered_json json;
   json["pid"] = info.pid;

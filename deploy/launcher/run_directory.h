@@ -20,6 +20,10 @@ class RunDirectory {
   /// Throws UsageError when `path` already holds a run.
   static void CheckVacant(const std::string& path);
 
+  /// A run that was interrupted: as Open, and throws UsageError when there is no checkpoint to go on from or the run
+  /// has reached `total_env_steps`.
+  static RunDirectory Resume(const std::string& path, int64_t total_env_steps);
+
   /// A run that exists; throws UsageError naming what is missing.
   static RunDirectory Open(const std::string& path);
 

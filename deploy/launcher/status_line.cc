@@ -43,10 +43,10 @@ std::string FormatStatus(const RunStatus& status) {
                            : 0.0;
   const std::string success = status.success_rate < 0 ? "-" : fmt::format("{:.1f} %", 100.0 * status.success_rate);
   const std::string consumption = status.consumption_env_steps < 0 ? "-" : Grouped(status.consumption_env_steps);
-  return fmt::format("{}  {} / {}  {:.0f} %  {} steps/s  {} updates/s  success {}  consumption {}{}", status.phase,
+  return fmt::format("{}  {} / {}  {:.0f} %  {} steps/s  {} updates/s  success {}  consumption {}{}{}", status.phase,
                      Grouped(status.env_steps), Grouped(status.total_env_steps), std::floor(share),
                      Grouped(std::llround(status.env_steps_per_s)), Grouped(std::llround(status.updates_per_s)),
-                     success, consumption, Eta(status));
+                     success, consumption, Eta(status), status.warning.empty() ? "" : "  ! " + status.warning);
 }
 
 StatusLine::Mode StatusLine::ModeFor(FILE* out, bool quiet) {

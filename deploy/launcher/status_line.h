@@ -17,6 +17,7 @@ struct RunStatus {
   double success_rate = -1;            ///< of the last evaluation, −1 before the first
   int64_t consumption_env_steps = -1;  ///< −1: not yet solved
   std::string phase;                   ///< "starting", "training", "testing", …
+  std::string warning;                 ///< what does not work at the moment; empty: nothing
 };
 
 /// One line: "training  123,456 / 250,000  49 %  12,300 steps/s  1,230 updates/s  success 98.5 %  consumption 40,000

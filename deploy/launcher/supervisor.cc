@@ -18,6 +18,7 @@ namespace cairn::deploy {
 namespace {
 
 constexpr int kUsageExitCode = 2;
+constexpr auto kLastWait = std::chrono::milliseconds(100);  // for the others, when the main process hangs
 
 sigset_t SupervisedSignals() {
   sigset_t signals;
@@ -161,28 +162,35 @@ void Supervisor::Tick() {
   if (config_.tick) config_.tick();
 }
 
+// The main process first: with the others still there it can bring what it is about to an end.
 void Supervisor::StopAll() {
-  for (Slot& slot : slots_) {
-    if (slot.child != nullptr) slot.child->Signal(SIGTERM);
-  }
-  if (WaitForEnd(config_.kill_after)) return;
+  const auto signal = [this](bool main) {
+    for (Slot& slot : slots_) {
+      if (slot.child != nullptr && (slot.process.role == Role::kMain) == main) slot.child->Signal(SIGTERM);
+    }
+  };
+  signal(true);
+  if (AnyRunning(true)) WaitForEnd(config_.kill_after, true);
+  signal(false);
+  if (WaitForEnd(AnyRunning(true) ? kLastWait : config_.kill_after, false)) return;
   for (Slot& slot : slots_) {
     if (slot.child != nullptr) slot.child->Signal(SIGKILL);
   }
-  WaitForEnd(std::chrono::seconds(10));  // a process in uninterruptible sleep cannot be waited for any longer
+  WaitForEnd(std::chrono::seconds(10), false);  // a process in uninterruptible sleep cannot be waited for any longer
 }
 
-bool Supervisor::AnyRunning() {
-  return std::any_of(slots_.begin(), slots_.end(),
-                     [](Slot& slot) { return slot.child != nullptr && !slot.child->Poll().has_value(); });
+bool Supervisor::AnyRunning(bool main_only) {
+  return std::any_of(slots_.begin(), slots_.end(), [main_only](Slot& slot) {
+    return (!main_only || slot.process.role == Role::kMain) && slot.child != nullptr && !slot.child->Poll().has_value();
+  });
 }
 
 // A second stop signal while waiting means: now.
-bool Supervisor::WaitForEnd(Duration timeout) {
+bool Supervisor::WaitForEnd(Duration timeout, bool main_only) {
   const TimePoint deadline = Clock::now() + timeout;
-  while (AnyRunning()) {
+  while (AnyRunning(main_only)) {
     const Duration left = deadline - Clock::now();
-    if (left <= Duration::zero() || signals_->Wait(left) != 0) return !AnyRunning();
+    if (left <= Duration::zero() || signals_->Wait(left) != 0) return !AnyRunning(main_only);
   }
   return true;
 }

@@ -28,7 +28,7 @@ struct Supervised {
 };
 
 struct SupervisorConfig {
-  Duration kill_after = std::chrono::milliseconds(1500);  ///< from SIGTERM to SIGKILL when stopping
+  Duration kill_after = std::chrono::milliseconds(1500);  ///< from SIGTERM to SIGKILL when stopping, main process first
   int max_restarts = 10;                                  ///< of all workers together within `restart_window`
   Duration restart_window = std::chrono::minutes(1);
   std::function<void()> tick;  ///< called about every `tick_period` while running; may be empty
@@ -94,8 +94,8 @@ class Supervisor {
   void Fail(const Slot& slot, int status, const std::string& what);
   void Tick();
   void StopAll();
-  bool AnyRunning();
-  bool WaitForEnd(Duration timeout);
+  bool AnyRunning(bool main_only);
+  bool WaitForEnd(Duration timeout, bool main_only);
 
   SignalEvents* signals_;
   SupervisorConfig config_;

@@ -13,6 +13,7 @@ RunStatus ToStatus(const LearnerTelemetry& telemetry) {
   status.updates_per_s = telemetry.updates_per_s;
   if (telemetry.env_steps > 0) status.success_rate = telemetry.success_rate;  // 0 before the first episode
   status.consumption_env_steps = telemetry.consumption_env_steps;
+  status.warning = telemetry.warning;
   status.phase = telemetry.phase;
   return status;
 }

@@ -28,6 +28,22 @@ void CheckActors(const TrainOptions& options, const Experiment& experiment) {
                   experiment.num_vehicles);
 }
 
+// Either a file or a run to go on with, which has its own.
+void CheckSource(const TrainOptions& options) {
+  if (options.resume.empty()) {
+    if (options.file.empty()) ThrowUsageError("train: an experiment file is missing (or --resume RUN_DIR)");
+    return;
+  }
+  const char* other = !options.file.empty()        ? "an experiment file"
+                      : !options.run_dir.empty()   ? "--run-dir"
+                      : !options.overrides.empty() ? "--set or --seed"
+                                                   : nullptr;
+  if (other != nullptr) {
+    ThrowUsageError("--resume {}: {} does not go with it; the run has its own experiment.textproto", options.resume,
+                    other);
+  }
+}
+
 std::string ProgramOf(ProcessKind kind) { return SiblingProgram(std::string("cairn-") + ProcessName(kind)); }
 
 // What the planner would refuse, found before anything is written or started. Costs a few milliseconds.
@@ -46,7 +62,9 @@ class Training {
         num_actors_(options.actors > 0 ? options.actors : DefaultActors(loaded_.experiment.num_vehicles)),
         network_(PrepareNetwork(loaded_.experiment.transport.group, loaded_.experiment.transport.ttl)),
         ports_(PortBlock::Claim(loaded_.experiment.transport.base_port)),
-        directory_(RunDirectory::Create(options.run_dir, loaded_.experiment.name, loaded_.resolved_text)),
+        directory_(options.resume.empty()
+                       ? RunDirectory::Create(options.run_dir, loaded_.experiment.name, loaded_.resolved_text)
+                       : RunDirectory::Resume(options.resume, loaded_.experiment.total_env_steps)),
         status_line_(stdout, StatusLine::ModeFor(stdout, options.quiet)) {
     log::Init("cairn", directory_.log_file("launcher"));
     const TransportConfig& transport = loaded_.experiment.transport;
@@ -75,6 +93,7 @@ class Training {
     const LearnerConfig& learner = loaded_.experiment.learner;
     Say(fmt::format("{}: {} actors, {} vehicles, run directory {}", loaded_.experiment.name, num_actors_,
                     loaded_.experiment.num_vehicles, directory_.path()));
+    if (!options_.resume.empty()) Say("going on from the newest checkpoint");
     if (!ports_.note().empty()) Say(ports_.note());
     if (network_.is_private) {
       Say(fmt::format("no multicast route: running in a private network; look inside with: {}",
@@ -107,6 +126,7 @@ class Training {
     options.base_port = bus_.base_port;
     options.ttl = bus_.ttl;
     options.parent_fd = supervisor.parent_fd();
+    options.resume = !options_.resume.empty();
     options.actors = num_actors_;
     options.launch_utime_us = options_.launch_utime_us;
     return options;
@@ -139,7 +159,7 @@ class Training {
 
   int Report(const RunEnd& end) {
     if (end.exit_code > 128) {
-      Say(fmt::format("stopped; run directory {}", directory_.path()));
+      Say(fmt::format("stopped; go on with: cairn train --resume {}", directory_.path()));
       return end.exit_code;
     }
     if (end.exit_code == 2) throw UsageError(end.failure);
@@ -166,7 +186,10 @@ class Training {
 }  // namespace
 
 int Train(const TrainOptions& options, const MakeStatusSource& make_status_source) {
-  LoadedExperiment loaded = LoadExperiment(options.file, options.overrides);
+  CheckSource(options);
+  LoadedExperiment loaded = options.resume.empty()
+                                ? LoadExperiment(options.file, options.overrides)
+                                : LoadExperiment(RunDirectory::Open(options.resume).experiment_file());
   CheckActors(options, loaded.experiment);
   CheckWorld(loaded.experiment);
   if (!options.run_dir.empty()) RunDirectory::CheckVacant(options.run_dir);

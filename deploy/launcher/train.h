@@ -15,6 +15,7 @@ namespace cairn::deploy {
 struct TrainOptions {
   std::string file;
   std::string run_dir;  ///< empty: runs/<name>-<date>-<time>
+  std::string resume;   ///< run directory to go on in, instead of `file`, `run_dir` and overrides; empty: none
   int actors = 0;       ///< 0: DefaultActors
   std::vector<std::string> overrides;
   bool quiet = false;

@@ -1,11 +1,13 @@
 #include "learner/algorithms/algorithm.h"
 
 #include <algorithm>
+#include <cstring>
 #include <string_view>
 #include <vector>
 
 #include "common/core/check.h"
 #include "common/core/hash.h"
+#include "common/core/log.h"
 #include "learner/algorithms/batch.h"
 #include "learner/algorithms/batch_random.h"
 #include "learner/algorithms/sac.h"
@@ -132,7 +134,7 @@ class OffPolicy final : public Algorithm {
       const int numbers = batch_.size() * batch_.action_size();
       random_.Normals(BatchRandom::Purpose::kNextNoise, num_updates_, numbers, batch_.next_noise());
       if (Method::kUsesNoise) random_.Normals(BatchRandom::Purpose::kNoise, num_updates_, numbers, batch_.noise());
-      sums_.Add(method_.Update(&batch_, learning_rate, &feeder_));
+      UpdateOnce(learning_rate);
     }
   }
 
@@ -141,8 +143,21 @@ class OffPolicy final : public Algorithm {
   UpdateInfo TakeInfo() override {
     UpdateInfo info = sums_.Take();
     info.num_updates = num_updates_;
+    info.bad_updates = bad_updates_;
     return info;
   }
+
+  std::vector<StateArray> Save() override {
+    std::vector<StateArray> state;
+    VisitState([&state](const std::string& name, bool, std::span<std::byte> numbers) {
+      const auto* bytes = reinterpret_cast<const uint8_t*>(numbers.data());
+      state.push_back({name, Bytes(bytes, bytes + numbers.size())});
+    });
+    return state;
+  }
+
+  void Load(const std::vector<StateArray>& state) override { LoadArrays(state, false); }
+  void LoadNetworks(const std::vector<StateArray>& state) override { LoadArrays(state, true); }
 
   uint32_t WeightsCrc32c() const override {
     uint32_t crc = 0;
@@ -153,12 +168,52 @@ class OffPolicy final : public Algorithm {
   }
 
  private:
+  void UpdateOnce(double learning_rate) {
+    try {
+      sums_.Add(method_.Update(&batch_, learning_rate, &feeder_));
+      bad_in_a_row_ = 0;
+    } catch (const NonFiniteError& error) {
+      ++bad_updates_;
+      log::Warning("update {} left out: {}", num_updates_, error.what());
+      if (++bad_in_a_row_ < config_.max_bad_updates) return;
+      ThrowError("{} updates in a row were not finite (learner.max_bad_updates); the last, number {}: {}",
+                 bad_in_a_row_, num_updates_, error.what());
+    }
+  }
+
+  void VisitState(const StateVisitor& visit) {
+    method_.VisitState(visit);
+    VisitNumbers(visit, "num_updates", false, &num_updates_, 1);
+  }
+
+  // All sizes are checked before the first number changes.
+  void LoadArrays(const std::vector<StateArray>& state, bool networks_only) {
+    const auto find = [&](const std::string& name) {
+      return std::find_if(state.begin(), state.end(), [&](const StateArray& a) { return a.name == name; });
+    };
+    VisitState([&](const std::string& name, bool network, std::span<std::byte> numbers) {
+      if (networks_only && !network) return;
+      const auto array = find(name);
+      if (array == state.end()) ThrowError("the saved state has no {}", name);
+      if (array->data.size() != numbers.size()) {
+        ThrowError("the saved {} has {} bytes, this experiment's has {}", name, array->data.size(), numbers.size());
+      }
+    });
+    VisitState([&](const std::string& name, bool network, std::span<std::byte> numbers) {
+      if (networks_only && !network) return;
+      std::memcpy(numbers.data(), find(name)->data.data(), numbers.size());
+    });
+    method_.StateChanged();
+  }
+
   LearnerConfig config_;
   Method method_;
   BatchRandom random_;
   Batch<float> batch_;
   ReplayFeeder feeder_;
   int64_t num_updates_ = 0;
+  int64_t bad_updates_ = 0;
+  int bad_in_a_row_ = 0;
   InfoSums sums_;
 };
 

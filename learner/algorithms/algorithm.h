@@ -3,9 +3,11 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "common/config/experiment.h"
 #include "common/nn/policy.h"
+#include "learner/algorithms/state_array.h"
 #include "learner/replay/replay_buffer.h"
 
 namespace cairn::learner {
@@ -13,6 +15,7 @@ namespace cairn::learner {
 /// Means over the updates since the last call, under Stable-Baselines3's names (train/…).
 struct UpdateInfo {
   int64_t num_updates = 0;        ///< since start
+  int64_t bad_updates = 0;        ///< of these, left out because something was not finite
   int64_t num_actor_updates = 0;  ///< since the last call (TD3 delays them); actor_loss and SAC's values are over these
   double critic_loss = 0;
   double actor_loss = 0;
@@ -28,7 +31,8 @@ class Algorithm {
   virtual ~Algorithm() = default;
 
   /// Makes `count` updates from `replay` (not empty). `progress` in [0, 1] is the share of the run done, for schedules.
-  /// Throws Error when a loss or a parameter is not finite.
+  /// An update whose loss or gradient is not finite is left out and counted; throws Error when max_bad_updates in a row
+  /// are.
   virtual void Update(const ReplayBuffer& replay, int count, double progress) = 0;
 
   /// Current parameters of the policy in PolicyShape's order; valid until the next Update.
@@ -36,6 +40,15 @@ class Algorithm {
 
   /// Returns the means since the last call and starts new ones.
   virtual UpdateInfo TakeInfo() = 0;
+
+  /// Everything that an interrupted run needs to go on with the same bits: weights, targets, moments, counters.
+  virtual std::vector<StateArray> Save() = 0;
+
+  /// Takes up what Save gave. Throws Error naming an array that is missing or has another size.
+  virtual void Load(const std::vector<StateArray>& state) = 0;
+
+  /// Takes the networks (and alpha) alone from another run's Save, with fresh optimizers. Throws as Load.
+  virtual void LoadNetworks(const std::vector<StateArray>& state) = 0;
 
   /// CRC32C over every learnt parameter (policy, critics, targets, alpha): equal runs have equal values.
   virtual uint32_t WeightsCrc32c() const = 0;

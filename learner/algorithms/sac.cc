@@ -159,6 +159,20 @@ void Sac<Scalar>::VisitWeights(const std::function<void(std::string_view, std::s
   visit("log_alpha", {&log_alpha, 1});
 }
 
+template <typename Scalar>
+void Sac<Scalar>::VisitState(const StateVisitor& visit) {
+  policy_.VisitState("policy", visit);
+  critics_.VisitState(visit);
+  VisitNumbers(visit, "log_alpha", true, &log_alpha_, 1);
+  alpha_adam_.VisitState("log_alpha.adam", visit);
+}
+
+template <typename Scalar>
+void Sac<Scalar>::StateChanged() {
+  policy_mlp_.RefreshTransposed(&policy_.weights);
+  critics_.StateChanged();
+}
+
 template class Sac<float>;
 template class Sac<double>;
 

@@ -41,6 +41,11 @@ class Sac {
   /// Calls visit(name, values) for everything that is learnt, in a fixed order.
   void VisitWeights(const std::function<void(std::string_view, std::span<const Scalar>)>& visit) const;
 
+  /// Everything that Update changes and builds on.
+  void VisitState(const StateVisitor& visit);
+  /// To be called after VisitState changed something.
+  void StateChanged();
+
   /// The losses and their gradients alone, without a step: what Update is made of (and what tests differentiate).
   /// J_Q, both critics, per sample: ½ (Q_i(s, a) − y)², y = R + discount (min_i Q'_i(s', a') − alpha log π(a'|s')).
   double CriticLoss(Batch<Scalar>* batch, BatchFeeder* feeder);

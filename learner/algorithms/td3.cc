@@ -157,6 +157,21 @@ void Td3<Scalar>::VisitWeights(const std::function<void(std::string_view, std::s
   critics_.VisitWeights(visit);
 }
 
+template <typename Scalar>
+void Td3<Scalar>::VisitState(const StateVisitor& visit) {
+  policy_.VisitState("policy", visit);
+  VisitNumbers(visit, "target_policy", true, policy_target_.values.data(), policy_target_.values.size());
+  critics_.VisitState(visit);
+  VisitNumbers(visit, "updates", false, &num_updates_, 1);
+}
+
+template <typename Scalar>
+void Td3<Scalar>::StateChanged() {
+  policy_mlp_.RefreshTransposed(&policy_.weights);
+  policy_mlp_.RefreshTransposed(&policy_target_);
+  critics_.StateChanged();
+}
+
 template class Td3<float>;
 template class Td3<double>;
 

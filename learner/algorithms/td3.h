@@ -39,6 +39,11 @@ class Td3 {
   /// Calls visit(name, values) for everything that is learnt, in a fixed order.
   void VisitWeights(const std::function<void(std::string_view, std::span<const Scalar>)>& visit) const;
 
+  /// Everything that Update changes and builds on.
+  void VisitState(const StateVisitor& visit);
+  /// To be called after VisitState changed something.
+  void StateChanged();
+
   /// The losses and their gradients alone, without a step: what Update is made of (and what tests differentiate).
   /// Both critics, per sample: (Q_i(s, a) − y)², y = R + discount min_i Q'_i(s', clip(π'(s') + clip(ε, −c, c), −1, 1)).
   double CriticLoss(Batch<Scalar>* batch, BatchFeeder* feeder);

@@ -28,8 +28,9 @@ void ApplyGradients(const Mlp<Scalar>& mlp, std::span<TrainedMlp<Scalar>* const>
     mlp.FinishGradient(&network->gradient);
     squared_norm += SquaredNorm(network->finished_gradient());
   }
-  if (!std::isfinite(squared_norm))
-    ThrowError("gradient of the {} is not finite (squared norm {})", what, squared_norm);
+  if (!std::isfinite(squared_norm)) {
+    throw NonFiniteError(fmt::format("gradient of the {} is not finite (squared norm {})", what, squared_norm));
+  }
   const double factor = ClipFactor(squared_norm, max_grad_norm);
   for (TrainedMlp<Scalar>* network : networks) {
     auto& values = network->weights.values;
@@ -39,7 +40,7 @@ void ApplyGradients(const Mlp<Scalar>& mlp, std::span<TrainedMlp<Scalar>* const>
 }
 
 void CheckFinite(double loss, const char* name) {
-  if (!std::isfinite(loss)) ThrowError("{} is {}", name, loss);
+  if (!std::isfinite(loss)) throw NonFiniteError(fmt::format("{} is {}", name, loss));
 }
 
 template struct TrainedMlp<float>;

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstdint>
 #include <span>
+#include <string>
 
+#include "common/core/check.h"
 #include "common/nn/aligned_buffer.h"
 #include "learner/algorithms/mlp.h"
 #include "learner/optim/adam.h"
@@ -18,6 +20,11 @@ struct TrainedMlp {
 
   std::span<const Scalar> parameters() const { return {weights.values.data(), weights.values.size()}; }
   std::span<const Scalar> finished_gradient() const { return {gradient.data(), weights.values.size()}; }
+
+  void VisitState(const std::string& name, const StateVisitor& visit) {
+    VisitNumbers(visit, name, true, weights.values.data(), weights.values.size());
+    adam.VisitState(name + ".adam", visit);
+  }
 
   MlpWeights<Scalar> weights;
   AlignedBuffer<Scalar> gradient;  // Mlp::MakeGradientBuffer
@@ -45,13 +52,19 @@ MlpWeights<Scalar> CopyWeights(const Mlp<Scalar>& mlp, const MlpWeights<Scalar>&
   return copy;
 }
 
-/// Finishes the gradients of networks that are clipped together, checks and applies them. Throws Error, with all
-/// weights unchanged, when a gradient is not finite; `what` names the networks there.
+/// Finishes the gradients of networks that are clipped together, checks and applies them. Throws NonFiniteError, with
+/// all weights unchanged, when a gradient is not finite; `what` names the networks there.
 template <typename Scalar>
 void ApplyGradients(const Mlp<Scalar>& mlp, std::span<TrainedMlp<Scalar>* const> networks, double learning_rate,
                     double max_grad_norm, const char* what);
 
-/// Throws Error naming the loss unless it is finite.
+/// A loss or gradient that is not finite; what it was for is not applied.
+class NonFiniteError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// Throws NonFiniteError naming the loss unless it is finite.
 void CheckFinite(double loss, const char* name);
 
 extern template struct TrainedMlp<float>;

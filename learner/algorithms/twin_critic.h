@@ -71,6 +71,19 @@ class TwinCritic {
     visit("target_q2", std::span<const Scalar>(targets_[1].values.data(), targets_[1].values.size()));
   }
 
+  void VisitState(const StateVisitor& visit) {
+    critics_[0].VisitState("q1", visit);
+    critics_[1].VisitState("q2", visit);
+    VisitNumbers(visit, "target_q1", true, targets_[0].values.data(), targets_[0].values.size());
+    VisitNumbers(visit, "target_q2", true, targets_[1].values.data(), targets_[1].values.size());
+  }
+
+  /// To be called after VisitState changed something.
+  void StateChanged() {
+    for (TrainedMlp<Scalar>& critic : critics_) mlp_.RefreshTransposed(&critic.weights);
+    for (MlpWeights<Scalar>& target : targets_) mlp_.RefreshTransposed(&target);
+  }
+
   const Mlp<Scalar>& mlp() const { return mlp_; }
   TrainedMlp<Scalar>& critic(int i) { return critics_[i]; }
   const TrainedMlp<Scalar>& critic(int i) const { return critics_[i]; }

@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
+
+#include "common/core/check.h"
 
 namespace cairn::learner {
 namespace {
@@ -20,10 +23,22 @@ int64_t CountEpisodes(const std::string& path) {
   return std::max<int64_t>(0, lines - 1);
 }
 
+// Cuts the file back, so that a resumed run writes its episodes after the checkpoint only once.
+bool CutBack(const std::string& path, int64_t keep_bytes) {
+  if (keep_bytes < 0) return false;
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  if (!error && size > static_cast<uintmax_t>(keep_bytes)) {
+    std::filesystem::resize_file(path, static_cast<uintmax_t>(keep_bytes), error);
+    if (error) ThrowError("{}: cannot cut back to {} bytes: {}", path, keep_bytes, error.message());
+  }
+  return true;
+}
+
 }  // namespace
 
-EpisodeLog::EpisodeLog(const std::string& path, bool append)
-    : next_id_(append ? CountEpisodes(path) : 0), file_(path, append) {
+EpisodeLog::EpisodeLog(const std::string& path, int64_t keep_bytes)
+    : next_id_(CutBack(path, keep_bytes) ? CountEpisodes(path) : 0), file_(path, keep_bytes >= 0) {
   if (file_.size() > 0) return;
   file_.Append(kHeader);
   file_.Flush();

@@ -12,8 +12,9 @@ namespace cairn::learner {
 /// that depend on the wall clock stand last, so that the others compare equal between two LOCKSTEP runs. One thread.
 class EpisodeLog {
  public:
-  /// Creates the file, or goes on at its end with `append`, where ids go on too. Throws Error naming the path.
-  explicit EpisodeLog(const std::string& path, bool append = false);
+  /// Creates the file, or with `keep_bytes` ≥ 0 goes on behind that many bytes of it, where ids go on too. Throws
+  /// Error naming the path.
+  explicit EpisodeLog(const std::string& path, int64_t keep_bytes = -1);
 
   /// `env_steps`: transitions accepted when the episode arrived; `wall_s`: seconds since the run's launch.
   /// Throws Error naming the path and the system's reason (disk full, …).
@@ -21,6 +22,9 @@ class EpisodeLog {
 
   /// Hands everything to the system. Throws as Add.
   void Flush() { file_.Flush(); }
+
+  /// Bytes in the file after a Flush.
+  int64_t size() const { return file_.size(); }
 
  private:
   int64_t next_id_;

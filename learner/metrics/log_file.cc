@@ -13,6 +13,7 @@ namespace cairn::learner {
 namespace {
 
 constexpr size_t kFlushBytes = 1 << 16;
+constexpr size_t kMaxPending = 1 << 26;
 constexpr double kFlushInterval = 1.0;  // s
 
 }  // namespace
@@ -35,6 +36,7 @@ LogFile::~LogFile() {
 }
 
 void LogFile::Append(std::string_view record) {
+  if (pending_.size() > kMaxPending) Fail("keep more records while it cannot be written");
   pending_ += record;
   if (pending_.size() >= kFlushBytes || SecondsSince(last_flush_) >= kFlushInterval) Flush();
 }

@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "common/nn/aligned_buffer.h"
+#include "learner/algorithms/state_array.h"
 
 namespace cairn::learner {
 
@@ -17,6 +19,12 @@ class Adam {
   void Step(double learning_rate, std::span<const Scalar> gradient, double gradient_scale, std::span<Scalar> values);
 
   int64_t num_steps() const { return num_steps_; }
+
+  void VisitState(const std::string& name, const StateVisitor& visit) {
+    VisitNumbers(visit, name + ".first", false, first_.data(), first_.size());
+    VisitNumbers(visit, name + ".second", false, second_.data(), second_.size());
+    VisitNumbers(visit, name + ".steps", false, &num_steps_, 1);
+  }
 
  private:
   AlignedBuffer<Scalar> first_;   // running mean of the gradient

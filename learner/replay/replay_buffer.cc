@@ -52,14 +52,27 @@ int ReplayBuffer::Insert(const Segment& segment) {
                   segment.actions.size() == static_cast<size_t>(steps) * action_size_,
               "segment of {} steps: {} observation and {} action floats", steps, segment.observations.size(),
               segment.actions.size());
-  for (int t = 0; t < steps; ++t) {
-    FillRow(segment, t, rows_.get() + static_cast<size_t>(head_) * row_floats_);
-    head_ = head_ + 1 == capacity_ ? 0 : head_ + 1;
-  }
-  size_ = static_cast<int>(std::min<int64_t>(capacity_, int64_t{size_} + steps));
-  num_inserted_ += steps;
+  for (int t = 0; t < steps; ++t) FillRow(segment, t, NextRow());
   return steps;
 }
+
+// The slot of the next row, which takes the place of the oldest when the buffer is full.
+float* ReplayBuffer::NextRow() {
+  for (int64_t from; (from = protected_from_.load(std::memory_order_acquire)) <= num_inserted_ - capacity_;) {
+    protected_from_.wait(from);
+  }
+  float* row = rows_.get() + static_cast<size_t>(num_inserted_ % capacity_) * row_floats_;
+  ++num_inserted_;
+  size_ = std::min(size_ + 1, capacity_);
+  return row;
+}
+
+void ReplayBuffer::StartAt(int64_t n) {
+  CAIRN_CHECK(size_ == 0 && n >= 0);
+  num_inserted_ = n;
+}
+
+void ReplayBuffer::AppendRow(const float* row) { std::copy_n(row, row_floats_, NextRow()); }
 
 // R = Σ γ^i r_{t+i} over i < m, bootstrapped by γ^m from the observation m steps on.
 void ReplayBuffer::FillRow(const Segment& segment, int step, float* row) const {

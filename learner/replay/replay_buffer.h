@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -32,6 +33,26 @@ class ReplayBuffer {
   int action_size() const { return action_size_; }
   /// Row i < size(): observation at 0, action at action_offset(), reward, discount, next observation.
   const float* row(int i) const { return rows_.get() + static_cast<size_t>(i) * row_floats_; }
+  /// The n-th row since the run's start; one of the last size().
+  const float* RowOf(int64_t n) const { return rows_.get() + static_cast<size_t>(n % capacity_) * row_floats_; }
+
+  /// Another thread reads rows from the n-th on until Unprotect: Insert waits rather than overwrite one of them (which
+  /// takes a whole buffer of new rows). Call Protect on the inserting thread, Unprotect on any.
+  void Protect(int64_t n) { protected_from_.store(n, std::memory_order_relaxed); }
+  void Unprotect() {
+    protected_from_.store(kNothingProtected, std::memory_order_release);
+    protected_from_.notify_all();
+  }
+
+  /// Forgets every row.
+  void Clear() { size_ = 0, num_inserted_ = 0; }
+
+  /// For an empty buffer: its next row is the n-th since the run's start.
+  void StartAt(int64_t n);
+
+  /// Appends a finished row of row_floats(), as RowOf gave it.
+  void AppendRow(const float* row);
+
   /// Asks for row i to be brought into the second-level cache.
   void Prefetch(int i) const {
     const float* p = row(i);
@@ -43,15 +64,17 @@ class ReplayBuffer {
   int next_observation_offset() const { return observation_size_ + action_size_ + 2; }
 
  private:
+  static constexpr int64_t kNothingProtected = INT64_MAX;
   struct Unmap {
     size_t bytes = 0;
     void operator()(float* p) const;
   };
   void FillRow(const Segment& segment, int step, float* row) const;
+  float* NextRow();
 
   int capacity_, observation_size_, action_size_, n_steps_, row_floats_;
   int size_ = 0;
-  int head_ = 0;
+  std::atomic<int64_t> protected_from_{kNothingProtected};
   int64_t num_inserted_ = 0;
   std::vector<double> gamma_powers_;  // γ^0 … γ^n_steps
   std::unique_ptr<float[], Unmap> rows_{nullptr, Unmap{}};

@@ -28,7 +28,7 @@ Segment MakeSegment(int vehicle, int steps, SegmentEnd end) {
 }
 
 std::vector<Experience> Pack(std::vector<Segment> segments, int max_bytes, int num_episodes = 0) {
-  return PackExperience(std::move(segments), std::vector<EpisodeResult>(static_cast<size_t>(num_episodes)),
+  return PackExperience(std::move(segments), std::vector<EpisodeResult>(static_cast<size_t>(num_episodes)), {},
                         kObservation, kAction, max_bytes);
 }
 
@@ -84,7 +84,7 @@ TEST(ExperienceBatcherTest, PiecesOfALongSegmentContinueEachOtherAndOnlyTheLastE
 }
 
 TEST(ExperienceBatcherTest, RefusesAnObservationThatFitsNoMessage) {
-  EXPECT_THROW(PackExperience({MakeSegment(0, 1, SegmentEnd::kNone)}, {}, kObservation, kAction, 120), UsageError);
+  EXPECT_THROW(PackExperience({MakeSegment(0, 1, SegmentEnd::kNone)}, {}, {}, kObservation, kAction, 120), UsageError);
 }
 
 }  // namespace

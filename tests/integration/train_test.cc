@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <fstream>
 #include <set>
 
 #include "common/core/clock.h"
@@ -178,6 +179,102 @@ TEST_F(TrainTest, SigtermEndsTheRunWithinTwoSecondsAndSavesThePolicy) {
   EXPECT_LT(SecondsSince(start), 2.5);
   EXPECT_TRUE(std::filesystem::exists(Dir("run") / "checkpoints" / "last.policy"));
   EXPECT_EQ(ReadJson(Dir("run") / "summary.json")["completed"], false);
+}
+
+std::vector<std::string> ResumableRun(const std::filesystem::path& run, const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments{"--set", "learner.checkpoint_interval_s=0.1"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return SmallRun(run, 20000, arguments);
+}
+
+// Lines of the learner's log with this text.
+int CountInLog(const std::filesystem::path& run, const std::string& text) {
+  std::istringstream file(ReadFile(run / "log" / "learner.log"));
+  int count = 0;
+  for (std::string line; std::getline(file, line);) count += line.find(text) != std::string::npos;
+  return count;
+}
+
+TEST_F(TrainTest, AStoppedOrKilledLockstepRunGoesOnWithTheSameBits) {
+  ASSERT_EQ(RunCairn(ResumableRun(Dir("whole")), log()), 0) << ReadFile(log());
+  const nlohmann::json whole = ReadJson(Dir("whole") / "summary.json");
+  const std::string episodes = EpisodesWithoutTime(Dir("whole"));
+  const struct {
+    const char* name;
+    const char* process;
+    int signal;
+    const char* actors;
+  } cases[] = {{"stopped", "", SIGTERM, "1"}, {"killed", "cairn-learner", SIGKILL, "2"}, {"dead", "", SIGKILL, "2"}};
+  for (const auto& c : cases) {
+    {
+      Program train("cairn", ResumableRun(Dir(c.name), {"--actors", "1"}), log());
+      ASSERT_TRUE(WaitForTraining(Dir(c.name), train)) << ReadFile(log());
+      kill(*c.process == 0 ? train.pid() : Descendants(train.pid(), c.process).at(0), c.signal);
+      EXPECT_NE(train.Wait(), 0);
+    }
+    if (CountInLog(Dir(c.name), "checkpoint at") == 0) continue;  // killed before the first one; nothing to go on from
+    ASSERT_EQ(RunCairn({"train", "--resume", Dir(c.name).string(), "--actors", c.actors, "--quiet"}, log()), 0)
+        << c.name << ReadFile(log());
+    const nlohmann::json summary = ReadJson(Dir(c.name) / "summary.json");
+    EXPECT_EQ(summary["weights_crc32c"], whole["weights_crc32c"]) << c.name;
+    EXPECT_EQ(summary["eval_steps"], whole["eval_steps"]) << c.name;
+    EXPECT_EQ(summary["deterministic"], true) << c.name;
+    EXPECT_EQ(summary["transitions_lost"], 0) << c.name;
+    EXPECT_EQ(EpisodesWithoutTime(Dir(c.name)), episodes) << c.name;
+    if (c.signal == SIGTERM) {
+      EXPECT_EQ(summary["transitions_rolled_back"], 0);
+    }
+  }
+}
+
+TEST_F(TrainTest, AKilledAsyncRunGoesOnAndEndsExactly) {
+  {
+    Program train("cairn", ResumableRun(Dir("run"), {"--set", "schedule=ASYNC", "--actors", "2"}), log());
+    ASSERT_TRUE(WaitForTraining(Dir("run"), train)) << ReadFile(log());
+    kill(train.pid(), SIGTERM);
+    train.Wait();
+  }
+  ASSERT_EQ(RunCairn({"train", "--resume", Dir("run").string(), "--quiet"}, log()), 0) << ReadFile(log());
+  const nlohmann::json summary = ReadJson(Dir("run") / "summary.json");
+  EXPECT_EQ(summary["env_steps"], 20000);
+  EXPECT_EQ(summary["updates"], (20000 - 500) / 10);
+  EXPECT_EQ(summary["transitions_lost"], 0);
+}
+
+TEST_F(TrainTest, WhatCannotBeResumedIsRefusedByName) {
+  EXPECT_EQ(RunCairn({"train", "--resume", Dir("none").string()}, Dir("none.log")), 2);
+  EXPECT_THAT(ReadFile(Dir("none.log")), HasSubstr("there is no such directory"));
+  ASSERT_EQ(RunCairn(SmallRun(Dir("run"), 1500), log()), 0) << ReadFile(log());
+  EXPECT_EQ(RunCairn({"train", "--resume", Dir("run").string()}, Dir("complete.log")), 2);
+  EXPECT_THAT(ReadFile(Dir("complete.log")), HasSubstr("the run is complete"));
+  EXPECT_EQ(RunCairn({"train", "--resume", Dir("run").string(), "--seed", "3"}, Dir("seed.log")), 2);
+  EXPECT_THAT(ReadFile(Dir("seed.log")), HasSubstr("--set or --seed does not go with it"));
+  // A larger total lets it go on, another network does not fit.
+  const auto edit = [&](const std::string& from, const std::string& to) {
+    std::string text = ReadFile(Dir("run") / "experiment.textproto");
+    const size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << text;
+    std::ofstream(Dir("run") / "experiment.textproto") << text.replace(at, from.size(), to);
+  };
+  edit("total_env_steps: 1500", "total_env_steps: 2000");
+  ASSERT_EQ(RunCairn({"train", "--resume", Dir("run").string(), "--quiet"}, log()), 0) << ReadFile(log());
+  EXPECT_EQ(ReadJson(Dir("run") / "summary.json")["env_steps"], 2000);
+  edit("total_env_steps: 2000", "total_env_steps: 3000");
+  edit("net_arch: [64, 64]", "net_arch: [64, 32]");
+  EXPECT_EQ(RunCairn({"train", "--resume", Dir("run").string(), "--quiet"}, Dir("shape.log")), 2);
+  EXPECT_THAT(ReadFile(Dir("shape.log")), HasSubstr("learner.net_arch is [64, 64] there, [64, 32] here"));
+}
+
+TEST_F(TrainTest, InitFromTakesTheNetworksOfAnotherRun) {
+  ASSERT_EQ(RunCairn(SmallRun(Dir("first"), 1500), log()), 0) << ReadFile(log());
+  const std::string init = "learner.init_from=" + Dir("first").string();
+  // Without an update the weights stay those of the first run.
+  ASSERT_EQ(RunCairn(SmallRun(Dir("second"), 600, {"--set", init, "--set", "learner.learning_starts=10000"}), log()), 0)
+      << ReadFile(log());
+  EXPECT_EQ(ReadJson(Dir("second") / "summary.json")["weights_crc32c"],
+            ReadJson(Dir("first") / "summary.json")["weights_crc32c"]);
+  EXPECT_EQ(RunCairn(SmallRun(Dir("third"), 600, {"--set", init, "--set", "learner.layer_norm=true"}), log()), 2);
+  EXPECT_THAT(ReadFile(log()), HasSubstr("learner.layer_norm is false there, true here"));
 }
 
 TEST_F(TrainTest, NoProcessIsLeftWhenTheLauncherIsKilled) {

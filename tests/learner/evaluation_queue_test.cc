@@ -19,13 +19,13 @@ TEST(EvaluationQueueTest, CountsEveryStartOnceAndIgnoresForeignOnes) {
   EXPECT_EQ(queue.id(), 0);
   EXPECT_EQ(queue.Accept(Result(1, 0)), 0);
   queue.Add({.version = 4, .num_starts = 2});
-  EXPECT_EQ(queue.Accept(Result(1, 0)), 7);
+  EXPECT_EQ(queue.Accept(Result(1, 0)), 0) << "counts when all are there";
   EXPECT_EQ(queue.Accept(Result(1, 0)), 0) << "known";
   EXPECT_EQ(queue.Accept(Result(1, 2)), 0) << "no such start";
   EXPECT_EQ(queue.Accept(Result(1, -1)), 0);
   EXPECT_EQ(queue.Accept(Result(2, 1)), 0) << "another evaluation's";
   EXPECT_TRUE(queue.TakeReports().empty());
-  EXPECT_EQ(queue.Accept(Result(1, 1, 9)), 9);
+  EXPECT_EQ(queue.Accept(Result(1, 1, 9)), 16);
   const auto reports = queue.TakeReports();
   ASSERT_EQ(reports.size(), 1u);
   EXPECT_EQ(reports[0].request.version, 4);

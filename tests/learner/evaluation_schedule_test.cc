@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <deque>
+#include <map>
 
 namespace cairn::learner {
 namespace {
@@ -58,7 +59,7 @@ class EvaluationScheduleTest : public ::testing::Test {
   }
 
   EvaluationSchedule Make() {
-    return {config_, &evaluator_, [this] { return wall_s_; },
+    return {config_, 2, &evaluator_, [this] { return wall_s_; },
             [this](const EvaluationReport& report, const EvaluationSummary&) { reported_.push_back(report.request); }};
   }
 
@@ -152,6 +153,44 @@ TEST_F(EvaluationScheduleTest, AStoppedRunHasNoTest) {
   evaluator_.is_stopped = true;
   EXPECT_FALSE(schedule.Test({150, 150, {1.5f}}));
   EXPECT_TRUE(evaluator_.Versions(StartSet::kTest).empty());
+}
+
+TEST_F(EvaluationScheduleTest, CollapseIsSaidWhenHalfOfASolvedTaskFailsForSeveralChecks) {
+  std::map<int64_t, int> solved{{100, 3}, {200, 3}, {300, 10}, {400, 5}, {500, 9}, {600, 5}, {700, 4}, {800, 3}};
+  evaluator_.successes = [&](const EvaluationRequest& r) { return solved.contains(r.version) ? solved[r.version] : 9; };
+  EvaluationSchedule schedule = Make();
+  for (int64_t steps = 100; steps <= 600; steps += 100) {
+    VisitAt(&schedule, steps);
+    EXPECT_FALSE(schedule.TakeCollapse()) << steps;
+  }
+  VisitAt(&schedule, 700);
+  EXPECT_TRUE(schedule.TakeCollapse());
+  EXPECT_FALSE(schedule.TakeCollapse());
+  VisitAt(&schedule, 800);
+  EXPECT_FALSE(schedule.TakeCollapse()) << "said every other check";
+}
+
+TEST_F(EvaluationScheduleTest, GoesOnFromItsStateAndAsksAgainForWhatWasNotAnswered) {
+  EvaluationSchedule first = Make();
+  VisitAt(&first, 100);
+  VisitAt(&first, 200);
+  evaluator_.answering = false;
+  VisitAt(&first, 300);
+  const EvaluationState state = first.State();
+  ASSERT_EQ(state.asked.size(), 1u);
+  evaluator_.asked.clear();
+  evaluator_.parameters.clear();
+  evaluator_.answering = true;
+  EvaluationSchedule second = Make();
+  second.Restore(state);
+  EXPECT_THAT(evaluator_.Versions(StartSet::kConsumption), ElementsAre(300));
+  EXPECT_THAT(evaluator_.parameters.back(), ElementsAre(300.0f));
+  VisitAt(&second, 310);
+  EXPECT_EQ(second.consumption_env_steps(), 100);
+  VisitAt(&second, 400);
+  EXPECT_THAT(evaluator_.Versions(StartSet::kConsumption), ElementsAre(300, 400));
+  EXPECT_THAT(evaluator_.Versions(StartSet::kValidation), ElementsAre(300)) << "numbers of checks go on";
+  EXPECT_EQ(second.best()->version, 300);
 }
 
 }  // namespace

@@ -69,5 +69,33 @@ TEST(OpenRoundsTest, TakesRoundsInOrderSortedByVehicleWhateverTheOrderOfArrival)
   EXPECT_EQ(rounds.TakeFront().episodes.size(), 1u);
 }
 
+TEST(OpenRoundsTest, GoesOnAfterARaggedEndByLevellingFirst) {
+  OpenRounds rounds(3);
+  rounds.Restore(7, {11, 11, 10});
+  EXPECT_FALSE(rounds.level());
+  EXPECT_EQ(rounds.Grant(1, 0, 5, false), 1);
+  EXPECT_TRUE(rounds.level());
+  EXPECT_TRUE(rounds.Add(MakeSegment(2, 1, 5), 10));
+  ASSERT_TRUE(rounds.front_complete());
+  EXPECT_EQ(rounds.TakeFront().segments.size(), 1u);
+  EXPECT_EQ(rounds.taken(), 8);
+  EXPECT_EQ(rounds.Grant(4, 2, 6, false), 14);
+}
+
+TEST(OpenRoundsTest, KeepsTheBooksOfAVehicleAsTheyWereAtTheEndOfARoundThatAsksForThem) {
+  OpenRounds rounds(1);
+  rounds.Grant(2, 0, 5, false, true);
+  rounds.Grant(2, 0, 6, false);
+  VehicleState state;
+  for (state.steps = 1; state.steps <= 3; ++state.steps) {
+    EXPECT_TRUE(rounds.Add(MakeSegment(0, 1, state.steps <= 2 ? 5 : 6), state.steps - 1));
+    state.next_step = 10 + static_cast<int32_t>(state.steps);
+    rounds.Passed(0, state);
+  }
+  const Harvest first = rounds.TakeFront();
+  ASSERT_EQ(first.vehicles.size(), 1u);
+  EXPECT_EQ(first.vehicles[0].next_step, 12);
+}
+
 }  // namespace
 }  // namespace cairn::learner

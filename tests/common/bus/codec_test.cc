@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/bus/frame.h"
+#include "common/bus/state_assembler.h"
 #include "common/core/random.h"
 
 namespace cairn {
@@ -78,6 +79,29 @@ TEST(CodecTest, ExperienceRoundTrips) {
   EXPECT_EQ(got->episodes[0].min_clearance, -0.5f);
 }
 
+TEST(CodecTest, StatesRoundTripInPieces) {
+  Experience sent = MakeExperience();
+  const Bytes state{1, 2, 3, 4, 5, 6, 7};
+  for (VehicleStatePiece& piece : SplitState(4, 60, state, 3)) sent.states.push_back(std::move(piece));
+  ASSERT_EQ(sent.states.size(), 3u);
+  const std::optional<Experience> got = Decode<Experience>(Encode(sent));
+  ASSERT_TRUE(got);
+  StateAssembler assembler;
+  for (const size_t i : {2, 0, 0, 1}) {
+    EXPECT_EQ(assembler.Find(4, 60), nullptr);
+    assembler.Add(got->states[i]);
+  }
+  ASSERT_NE(assembler.Find(4, 60), nullptr);
+  EXPECT_EQ(*assembler.Find(4, 60), state);
+  EXPECT_EQ(assembler.Find(4, 61), nullptr);
+  EXPECT_EQ(assembler.Find(5, 60), nullptr);
+  assembler.Add({4, 70, 2, 0, {9}});
+  EXPECT_EQ(assembler.Find(4, 60), nullptr) << "another state begins";
+  assembler.Add({6, 0, 1 << 30, 0, {9}});
+  assembler.Add({6, 0, 4, 2, {9, 9, 9}});
+  EXPECT_EQ(assembler.Find(6, 0), nullptr) << "too large, or beyond its end";
+}
+
 TEST(CodecTest, ControlRoundTrips) {
   const std::optional<Control> got = Decode<Control>(Encode(MakeControl()));
   ASSERT_TRUE(got);
@@ -114,10 +138,12 @@ TEST(CodecTest, HelloAndWelcomeRoundTrip) {
   welcome.vehicle = {1, 2};
   welcome.next_episode = {3, 4};
   welcome.steps_done = {5, 6};
+  welcome.state_bytes = {0, 7};
   const auto back = Decode<Welcome>(Encode(welcome));
   ASSERT_TRUE(back);
   EXPECT_EQ(back->reason, "because");
   EXPECT_EQ(back->steps_done, welcome.steps_done);
+  EXPECT_EQ(back->state_bytes, welcome.state_bytes);
 }
 
 // Every strict prefix and every length with bytes added must be refused, and no bit flip may crash or make the decoder
@@ -148,10 +174,11 @@ void SurvivesDamage(const Message& message) {
 TEST(CodecTest, EveryMessageSurvivesTruncationAndBitFlips) {
   SurvivesDamage(Echo{4, 32});
   SurvivesDamage(Hello{.session = 1, .git_revision = "r", .isa = "i"});
-  SurvivesDamage(Welcome{.vehicle = {1}, .next_episode = {0}, .steps_done = {0}, .reason = "x"});
+  SurvivesDamage(Welcome{.vehicle = {1}, .next_episode = {0}, .steps_done = {0}, .state_bytes = {9}, .reason = "x"});
   SurvivesDamage(ActorStatus{.session = 3});
   SurvivesDamage(MakeExperience());
   SurvivesDamage(MakeControl());
+  SurvivesDamage(AssignedState{.session = 2, .piece = {3, 40, 10, 2, Bytes(5, 9)}});
   SurvivesDamage(PolicyChunk{.total = 10, .offset = 2, .parameters = {1, 2, 3}});
   SurvivesDamage(TableRequest{.hash = 5, .num_chunks = 3});
   SurvivesDamage(TableInfo{.num_vertices = 3});
@@ -176,7 +203,7 @@ TEST(CodecTest, RandomBytesAreRefused) {
 TEST(CodecTest, RefusesSegmentsWhoseStepsDoNotMatchTheData) {
   Bytes bytes = Encode(MakeExperience());
   // num_steps[0] stands behind fingerprint, header and three int32 columns of two segments each.
-  const size_t at = 8 + 4 * 8 + 6 * 4 + 3 * 2 * 4 + 3;
+  const size_t at = 8 + 4 * 8 + 8 * 4 + 3 * 2 * 4 + 3;
   ASSERT_EQ(bytes[at], 2);
   bytes[at] = 3;
   EXPECT_FALSE(Decode<Experience>(bytes));

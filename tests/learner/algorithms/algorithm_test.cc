@@ -44,6 +44,37 @@ class AlgorithmTest : public testing::TestWithParam<LearnerConfig::Algorithm> {
   ReplayBuffer replay_;
 };
 
+TEST_P(AlgorithmTest, GoesOnFromItsStateWithTheSameBits) {
+  const auto a = Make(1), b = Make(1);
+  a->Update(replay_, 17, 0.0);
+  b->Load(a->Save());
+  EXPECT_EQ(a->WeightsCrc32c(), b->WeightsCrc32c());
+  a->Update(replay_, 13, 0.5);
+  b->Update(replay_, 13, 0.5);
+  EXPECT_EQ(a->WeightsCrc32c(), b->WeightsCrc32c());
+  EXPECT_EQ(b->TakeInfo().num_updates, 30);
+}
+
+TEST_P(AlgorithmTest, TakesNetworksAloneFromAnotherRun) {
+  const auto a = Make(1), b = Make(1);
+  a->Update(replay_, 17, 0.0);
+  b->LoadNetworks(a->Save());
+  EXPECT_EQ(a->WeightsCrc32c(), b->WeightsCrc32c());
+  EXPECT_EQ(b->TakeInfo().num_updates, 0);
+}
+
+TEST_P(AlgorithmTest, RefusesAStateOfAnotherShapeAndStaysAsItWas) {
+  const auto a = Make(1);
+  const uint32_t before = a->WeightsCrc32c();
+  LearnerConfig other = config_;
+  other.net_arch = {32, 64};
+  EXPECT_THROW(a->Load(MakeAlgorithm(other, PendulumShape(other), 1)->Save()), Error);
+  std::vector<StateArray> state = Make(2)->Save();
+  state.pop_back();
+  EXPECT_THROW(a->Load(state), Error);
+  EXPECT_EQ(a->WeightsCrc32c(), before);
+}
+
 TEST_P(AlgorithmTest, SameSeedSameBits) {
   const auto a = Make(1), b = Make(1), c = Make(2);
   EXPECT_EQ(a->WeightsCrc32c(), b->WeightsCrc32c());
@@ -110,14 +141,26 @@ TEST_P(AlgorithmTest, LearningRateDecaysWithProgress) {
   EXPECT_NE(std::memcmp(before.data(), at_end->policy_parameters().data(), before.size() * sizeof(float)), 0);
 }
 
-TEST_P(AlgorithmTest, NonFiniteRewardStopsWithItsLossNamed) {
+TEST_P(AlgorithmTest, BadUpdatesAreLeftOutAndTooManyInARowStopWithTheLossNamed) {
   Segment segment = RandomSegment(2000, 1);
   for (float& reward : segment.rewards) reward = std::numeric_limits<float>::quiet_NaN();
-  replay_.Insert(segment);
+  ReplayBuffer bad(2000, Pendulum::kObservationSize, Pendulum::kActionSize, 1, 0.99);
+  bad.Insert(segment);
+  config_.max_bad_updates = 4;
+  const auto algorithm = Make(1);
+  algorithm->Update(replay_, 5, 0.0);
+  const uint32_t weights = algorithm->WeightsCrc32c();
+  algorithm->Update(bad, 3, 0.0);
+  EXPECT_EQ(algorithm->WeightsCrc32c(), weights);
+  EXPECT_EQ(algorithm->TakeInfo().bad_updates, 3);
+  algorithm->Update(replay_, 2, 0.0);  // in between one that is sound
+  EXPECT_NE(algorithm->WeightsCrc32c(), weights);
+  algorithm->Update(bad, 3, 0.0);
   try {
-    Make(1)->Update(replay_, 1, 0.0);
+    algorithm->Update(bad, 1, 0.0);
     FAIL() << "accepted";
   } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("4 updates in a row"));
     EXPECT_THAT(error.what(), testing::HasSubstr("critic_loss"));
   }
 }

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "learner/checkpoint/run_state.h"
+
+namespace cairn::learner {
+
+/// Bytes of a checkpoint file: {magic, format version, size, body, CRC32C of all before}. The body is
+/// checkpoint.proto's Checkpoint, whose sections have a CRC32C each.
+std::string EncodeCheckpoint(const RunState& state);
+
+/// Reads what EncodeCheckpoint made; the replay's rows stay in their files. Throws Error naming `path` and what is
+/// wrong: cut off, damaged (and which section), another format version.
+RunState DecodeCheckpoint(const std::string& bytes, const std::string& path);
+
+}  // namespace cairn::learner
