@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -79,10 +80,10 @@ Segment RandomSegment(int steps, int observations, int actions, uint32_t index) 
   return segment;
 }
 
-ReplayBuffer FullReplay() {
-  ReplayBuffer replay(kReplayRows, kObservations, kActions, 3, 0.99);
-  while (replay.num_inserted() < kReplayRows) {
-    replay.Insert(RandomSegment(100, kObservations, kActions, static_cast<uint32_t>(replay.num_inserted())));
+std::unique_ptr<ReplayBuffer> FullReplay() {
+  auto replay = std::make_unique<ReplayBuffer>(kReplayRows, kObservations, kActions, 3, 0.99);
+  while (replay->num_inserted() < kReplayRows) {
+    replay->Insert(RandomSegment(100, kObservations, kActions, static_cast<uint32_t>(replay->num_inserted())));
   }
   return replay;
 }
@@ -125,7 +126,8 @@ void BM_Update(benchmark::State& state, LearnerConfig::Algorithm kind, int width
   const LearnerConfig config = MakeConfig(kind, width, batch_size);
   const PolicyShape shape = MakeShape(config, kObservations, kActions);
   const auto algorithm = MakeAlgorithm(config, shape, 1);
-  const ReplayBuffer replay = FullReplay();
+  const std::unique_ptr<ReplayBuffer> full = FullReplay();
+  const ReplayBuffer& replay = *full;
   FmaPeak peak(GemmTarget());
   const double update_flops = 2.0 * MultiplyAdds(config, shape, false) * batch_size;
   const int turn = 2 * (1 + static_cast<int>(kUpdateFlops / update_flops / 2));  // even: TD3's policy delay
@@ -211,7 +213,8 @@ void BM_Threads(benchmark::State& state, LearnerConfig::Algorithm kind, int widt
   const auto alone = MakeAlgorithm(config, shape, 1);
   config.update_threads = threads;
   const auto team = MakeAlgorithm(config, shape, 1);
-  const ReplayBuffer replay = FullReplay();
+  const std::unique_ptr<ReplayBuffer> full = FullReplay();
+  const ReplayBuffer& replay = *full;
   const int turn = 2 * (1 + static_cast<int>(kUpdateFlops / MultiplyAdds(config, shape, false) / batch_size / 4));
   using Clock = std::chrono::steady_clock;
   std::vector<double> alone_times, team_times;
