@@ -241,7 +241,7 @@ void Coordinator::AcceptEpisodes(const ActorRecord& actor, const Experience& exp
   for (const EpisodeResult& result : experience.episodes) {
     if (result.set != StartSet::kTraining) {
       const int64_t running = evaluations_.id();
-      counters_.eval_steps += evaluations_.Accept(result);
+      evaluations_.Accept(result);
       if (evaluations_.id() != running) AnnounceEvaluation();
     } else if (result.vehicle >= 0 && result.vehicle < experiment_.num_vehicles) {
       if (result.outcome == Outcome::kDiverged) fleet_.CloseDiverged(actor, result);
@@ -344,7 +344,12 @@ void Coordinator::AnnounceEvaluation() {
 std::vector<EvaluationReport> Coordinator::TakeEvaluations(bool wait) {
   std::unique_lock lock(mutex_);
   if (wait) changed_.wait(lock, [this] { return stopped_ || evaluations_.empty(); });
-  return evaluations_.TakeReports();
+  // Counted with what the caller makes of them: a checkpoint in between must not count them twice.
+  std::vector<EvaluationReport> reports = evaluations_.TakeReports();
+  for (const EvaluationReport& report : reports) {
+    for (const EpisodeResult& result : report.results) counters_.eval_steps += result.steps;
+  }
+  return reports;
 }
 
 // An actor that was silent for longer than the limit loses its vehicles to the others; the last one stays, since

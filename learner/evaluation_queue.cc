@@ -22,24 +22,19 @@ void EvaluationQueue::Restart() {
   if (!pending_.empty()) Start();
 }
 
-int32_t EvaluationQueue::Accept(const EpisodeResult& result) {
-  if (pending_.empty() || result.episode != pending_.front().id) return 0;
+void EvaluationQueue::Accept(const EpisodeResult& result) {
+  if (pending_.empty() || result.episode != pending_.front().id) return;
   Pending& front = pending_.front();
-  if (result.vehicle < 0 || result.vehicle >= static_cast<int32_t>(front.results.size())) return 0;
+  if (result.vehicle < 0 || result.vehicle >= static_cast<int32_t>(front.results.size())) return;
   auto& slot = front.results[static_cast<size_t>(result.vehicle)];
-  if (slot) return 0;  // a replaced actor did it again
+  if (slot) return;  // a replaced actor did it again
   slot = result;
-  if (--front.missing > 0) return 0;
+  if (--front.missing > 0) return;
   EvaluationReport report{front.request, {}};
-  int32_t steps = 0;
-  for (const auto& r : front.results) {
-    report.results.push_back(*r);
-    steps += r->steps;
-  }
+  for (const auto& r : front.results) report.results.push_back(*r);
   reports_.push_back(std::move(report));
   pending_.pop_front();
   Restart();
-  return steps;
 }
 
 bool EvaluationQueue::Uses(int64_t version) const {

@@ -30,9 +30,8 @@ class EvaluationQueue {
  public:
   void Add(const EvaluationRequest& request);
 
-  /// Takes a result of the running evaluation; returns the steps of the whole evaluation when it is the
-  /// last one missing, else 0.
-  int32_t Accept(const EpisodeResult& result);
+  /// Takes a result of the running evaluation; ignores one that is foreign, late or known.
+  void Accept(const EpisodeResult& result);
 
   /// Begins the running evaluation anew under a fresh id: the shares have changed hands.
   void Restart();
