@@ -165,8 +165,9 @@ void Learner::GrantNextRound() {
   const bool last = steps < experiment_.lockstep.round_steps;
   const int64_t extra = last ? left % vehicles : 0;
   const bool level = coordinator_.rounds_level();
-  const bool save =
-      level && !saving_ && checkpointer_ && (CheckpointDue() || stop_requested_ || left == steps * vehicles + extra);
+  // One at a time, and in any case the last.
+  const bool last_of_all = left == steps * vehicles + extra;
+  const bool save = level && checkpointer_ && (last_of_all || (!saving_ && (CheckpointDue() || stop_requested_)));
   saving_ = saving_ || save;
   const bool warm_up = granted_ < experiment_.learner.learning_starts;
   granted_ += level ? coordinator_.GrantRound(static_cast<int>(steps), static_cast<int>(extra), warm_up, save)

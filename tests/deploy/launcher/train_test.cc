@@ -1,5 +1,6 @@
 #include "deploy/launcher/train.h"
 
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -29,6 +30,9 @@ class TrainTest : public testing::Test {
     Script("actor", Hold("actor"));
   }
 
+  // Tests run side by side, each in a process of its own.
+  const int base_port_ = 41800 + 10 * (getpid() % 2000);
+
   void Script(const std::string& kind, const std::string& body) {
     const std::string file = directory_ / ("bin/cairn-" + kind);
     WriteText(file, "#!/bin/sh\n" + body + "\n");
@@ -39,9 +43,15 @@ class TrainTest : public testing::Test {
   std::string Hold(const std::string& name) { return std::string("exec ") + HELPER + " hold " + (directory_ / name); }
 
   std::vector<std::string> Arguments(std::vector<std::string> more = {}) {
-    std::vector<std::string> arguments{directory_ / "bin/cairn",   "train",    kCarMaze, "--run-dir",
-                                       directory_ / "run",         "--actors", "1",      "--set",
-                                       "transport.base_port=41800"};
+    std::vector<std::string> arguments{directory_ / "bin/cairn",
+                                       "train",
+                                       kCarMaze,
+                                       "--run-dir",
+                                       directory_ / "run",
+                                       "--actors",
+                                       "1",
+                                       "--set",
+                                       "transport.base_port=" + std::to_string(base_port_)};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   }
@@ -61,7 +71,7 @@ TEST_F(TrainTest, CleanEndOfTheLearnerIsSuccess) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   EXPECT_THAT(result.out, HasSubstr("done in"));
-  EXPECT_THAT(ReadText(directory_ / "run/experiment.textproto"), HasSubstr("base_port: 41800"));
+  EXPECT_THAT(ReadText(directory_ / "run/experiment.textproto"), HasSubstr("base_port: " + std::to_string(base_port_)));
 }
 
 TEST_F(TrainTest, QuietSaysNothing) {
@@ -154,7 +164,8 @@ TEST_F(TrainTest, SecondRunTakesTheNextPorts) {
   kill(first, SIGTERM);
   WaitForProgram(first);
   EXPECT_EQ(second.exit_code, 0) << second.err;
-  EXPECT_THAT(second.out, HasSubstr("UDP ports from 41800 on are taken; using 41805"));
+  EXPECT_THAT(second.out,
+              HasSubstr(fmt::format("UDP ports from {} on are taken; using {}", base_port_, base_port_ + 5)));
 }
 
 }  // namespace
