@@ -35,12 +35,12 @@ RunFields ResumeFields(const Experiment& experiment) {
 
 void CheckFields(const RunFields& ours, const RunFields& theirs, const std::string& where) {
   std::string differences;
-  for (const auto& [name, value] : ours) {
-    const auto field = std::find_if(theirs.begin(), theirs.end(), [&](const auto& f) { return f.first == name; });
+  for (const auto& mine : ours) {
+    const auto field = std::find_if(theirs.begin(), theirs.end(), [&](const auto& f) { return f.first == mine.first; });
     const std::string other = field == theirs.end() ? "not known" : field->second;
-    if (other == value) continue;
+    if (other == mine.second) continue;
     if (!differences.empty()) differences += "; ";
-    differences += fmt::format("{} is {} there, {} here", name, other, value);
+    differences += fmt::format("{} is {} there, {} here", mine.first, other, mine.second);
   }
   if (!differences.empty()) ThrowUsageError("{}: {}", where, differences);
 }
