@@ -23,7 +23,7 @@ packages=(
   default-jdk-headless default-jre liblcm-java libjchart2d-java
 )
 test_packages=(
-  libgtest-dev libgmock-dev libbenchmark-dev clang-format-14 clang-tidy-14 python3
+  libgtest-dev libgmock-dev libbenchmark-dev clang-format-14 clang-tidy-14 python3 procps
   # A window system without a screen, to look at `cairn spy`.
   xvfb xauth xdotool imagemagick
 )
