@@ -28,6 +28,7 @@ EvaluationState EvaluationSchedule::State() const {
   state.later_solved = later_solved_;
   state.last_solved = last_solved_;
   state.failed_checks = failed_checks_;
+  state.collapsed = collapsed_;
   state.best = best_;
   state.best_success = best_score_.first;
   state.best_time = best_score_.second;
@@ -47,6 +48,7 @@ void EvaluationSchedule::Restore(const EvaluationState& state) {
   later_solved_ = state.later_solved;
   last_solved_ = state.last_solved;
   failed_checks_ = state.failed_checks;
+  collapsed_ = state.collapsed;
   best_ = state.best;
   best_score_ = {state.best_success, state.best_time};
   for (const EvaluationState::Asked& asked : state.asked) {
@@ -71,6 +73,12 @@ void EvaluationSchedule::Receive(bool wait) {
     if (report.request.set == StartSet::kTest) test_ = summary;
     on_report_(report, summary);
   }
+}
+
+void EvaluationSchedule::ReceiveAll() {
+  do {
+    Receive(true);
+  } while (!pending_.empty() && !evaluator_->stopped());
 }
 
 void EvaluationSchedule::OnConsumption(const EvaluationReport& report, const EvaluationSummary& summary) {
@@ -107,9 +115,7 @@ void EvaluationSchedule::OnValidation(const EvaluationReport& report, const Eval
 }
 
 std::optional<EvaluationSummary> EvaluationSchedule::Test(const PolicySnapshot& last) {
-  do {
-    Receive(true);
-  } while (!pending_.empty() && !evaluator_->stopped());
+  ReceiveAll();
   if (!evaluator_->stopped() && best_ && best_->version != last.version) {
     Ask(StartSet::kValidation, config_.validation_starts, last, num_checks_);
     Receive(true);

@@ -39,8 +39,11 @@ class EvaluationSchedule {
   /// Whether a policy is still under evaluation.
   bool Pending(int64_t version) const { return pending_.contains(version); }
 
-  /// Takes in finished evaluations; with `wait`, until none is pending.
+  /// Takes in finished evaluations; with `wait`, blocks until those asked for are.
   void Receive(bool wait);
+
+  /// Blocks until no policy is under evaluation, validations that a check leads to included.
+  void ReceiveAll();
 
   /// Validates the last policy when any policy was validated, then tests the best (or else the last) one; blocks.
   /// Returns nullopt when the run was stopped.

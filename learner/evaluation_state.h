@@ -22,7 +22,8 @@ struct EvaluationState {
   int later_checks = 0;
   int later_solved = 0;
   int last_solved = -1;
-  int failed_checks = 0;  ///< checks in a row, after the first solved one, with less than half of the starts solved
+  int failed_checks = 0;   ///< checks in a row, after the first solved one, with less than half of the starts solved
+  bool collapsed = false;  ///< seen, not yet acted on
   std::optional<PolicySnapshot> best;
   double best_success = -1;
   double best_time = 0;      ///< minus its mean time to the goal [s]

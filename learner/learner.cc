@@ -40,6 +40,7 @@ Learner::Learner(Bus* bus, const Experiment& experiment, const LearnerOptions& o
           [this](const EvaluationReport& report, const EvaluationSummary& summary) {
             report_.OnEvaluation(report, summary);
           }),
+      collapse_guard_(experiment, &evaluation_, algorithm_.get()),
       audit_("learner") {}
 
 void Learner::Run() {
@@ -127,12 +128,17 @@ void Learner::StartRounds() {
   }
   Publish();
   if (resumed_) {
-    evaluation_.Restore(resumed_->evaluation);
+    RestoreEvaluation();
   } else if (experiment_.lockstep.overlap) {
     GrantNextRound();
   }
   GrantNextRound();
   resumed_.reset();
+}
+
+void Learner::RestoreEvaluation() {
+  evaluation_.Restore(resumed_->evaluation);
+  collapse_guard_.Restore(std::move(resumed_->candidates));
 }
 
 // Receive, sample and update, publish, evaluate, save, grant. With overlap two rounds are open: round r + 1 rolls out,
@@ -145,7 +151,7 @@ void Learner::RunLockstep() {
     Insert(*round);
     Train(kNoLimit);
     Publish();
-    Evaluate();
+    collapse_guard_.Visit(env_steps_, updates_);
     if (!round->vehicles.empty()) {
       saving_ = false;
       SaveCheckpoint(*round);
@@ -179,7 +185,7 @@ void Learner::RunAsync() {
   const LearnerConfig& config = experiment_.learner;
   TimePoint published = Clock::now();
   Publish();
-  if (resumed_) evaluation_.Restore(resumed_->evaluation);
+  if (resumed_) RestoreEvaluation();
   resumed_.reset();
   while (env_steps_ < experiment_.total_env_steps) {
     const int64_t paid = config.gradient_steps == 0
@@ -196,43 +202,15 @@ void Learner::RunAsync() {
     if (Clock::now() - published > milliseconds(20)) {
       Publish();
       published = Clock::now();
-      Evaluate();
+      collapse_guard_.Visit(env_steps_, updates_);
       if (CheckpointDue()) SaveCheckpoint({});
       report_.Visit(Counters("training"), algorithm_.get());
     }
   }
   Train(kNoLimit);
   Publish();
-  Evaluate();
+  collapse_guard_.Visit(env_steps_, updates_);
   SaveCheckpoint({});
-}
-
-// In LOCKSTEP what a collapse changes must not depend on when results come in: the last check's are awaited at the
-// next.
-void Learner::Evaluate() {
-  const bool reverts = experiment_.learner.on_collapse == LearnerConfig::OnCollapse::kRevertToBest;
-  if (reverts && evaluation_.CheckDue(env_steps_)) {
-    evaluation_.Receive(true);
-    candidates_[updates_] = algorithm_->Save();
-  }
-  evaluation_.Visit(env_steps_, updates_, algorithm_->policy_parameters());
-  if (evaluation_.TakeCollapse()) OnCollapse();
-  if (!collapse_.empty() && evaluation_.last_solved() == experiment_.evaluation.consumption_starts) collapse_.clear();
-  const int64_t best = evaluation_.best() ? evaluation_.best()->version : -1;
-  std::erase_if(candidates_, [&](const auto& c) { return c.first != best && !evaluation_.Pending(c.first); });
-}
-
-void Learner::OnCollapse() {
-  collapse_ = fmt::format("the policy collapsed: half of the consumption starts fail since {} checks",
-                          experiment_.learner.collapse_checks);
-  if (experiment_.learner.on_collapse == LearnerConfig::OnCollapse::kRevertToBest && evaluation_.best()) {
-    const auto best = candidates_.find(evaluation_.best()->version);
-    if (best != candidates_.end()) {
-      algorithm_->LoadNetworks(best->second);
-      collapse_ += fmt::format("; back to the networks of {} env steps", evaluation_.best()->env_steps);
-    }
-  }
-  log::Warning("{} ({} env steps)", collapse_, env_steps_);
 }
 
 bool Learner::CheckpointDue() const {
@@ -266,6 +244,7 @@ RunState Learner::State(const Harvest& harvest) {
   state.algorithm = algorithm_->Save();
   state.coordinator = coordinator_.State(harvest);
   state.evaluation = evaluation_.State();
+  state.candidates = collapse_guard_.candidates();
   state.policies.emplace_back("last.policy", ToFile(Snapshot()));
   if (evaluation_.best()) state.policies.emplace_back("best.policy", ToFile(*evaluation_.best()));
   return state;
@@ -338,7 +317,7 @@ RunCounters Learner::Counters(const char* phase) {
   RunCounters counters;
   counters.phase = phase;
   counters.rolled_back = rolled_back_;
-  counters.warning = collapse_;
+  counters.warning = collapse_guard_.warning();
   if (checkpointer_ && !checkpointer_->status().error.empty()) counters.warning = checkpointer_->status().error;
   counters.env_steps = env_steps_;
   counters.updates = updates_;

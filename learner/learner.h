@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,6 +14,7 @@
 #include "learner/algorithms/algorithm.h"
 #include "learner/checkpoint/checkpointer.h"
 #include "learner/checkpoint/progress_file.h"
+#include "learner/collapse_guard.h"
 #include "learner/coordinator.h"
 #include "learner/evaluation_schedule.h"
 #include "learner/replay/replay_buffer.h"
@@ -52,6 +52,7 @@ class Learner {
   void Restore();
   void InitFrom(const std::string& run_dir);
   void StartRounds();
+  void RestoreEvaluation();
   void RunLockstep();
   void RunAsync();
   void GrantNextRound();
@@ -61,8 +62,6 @@ class Learner {
   int64_t UpdatesDue() const;
   void Publish();
   void FinishRun();
-  void Evaluate();
-  void OnCollapse();
   bool CheckpointDue() const;
   void SaveCheckpoint(const Harvest& harvest);
   RunState State(const Harvest& harvest);
@@ -84,6 +83,7 @@ class Learner {
   std::unique_ptr<Algorithm> algorithm_;
   RunReport report_;
   EvaluationSchedule evaluation_;
+  CollapseGuard collapse_guard_;
   AuditLog audit_;
   int64_t env_steps_ = 0;  // inserted
   int64_t granted_ = 0;    // LOCKSTEP: granted, inserted or not
@@ -92,10 +92,8 @@ class Learner {
   std::unique_ptr<ProgressFile> progress_;
   std::unique_ptr<Checkpointer> checkpointer_;
   TimePoint last_checkpoint_{};
-  bool saving_ = false;                                    // LOCKSTEP: a round that gives the vehicles' states is open
-  std::optional<RunState> resumed_;                        // until the run has taken it up
-  std::map<int64_t, std::vector<StateArray>> candidates_;  // REVERT_TO_BEST: by version under evaluation
-  std::string collapse_;                                   // what was said of it; empty: nothing
+  bool saving_ = false;              // LOCKSTEP: a round that gives the vehicles' states is open
+  std::optional<RunState> resumed_;  // until the run has taken it up
   std::atomic<bool> stop_requested_{false};
   std::atomic<bool> training_{false};
   bool completed_ = false;

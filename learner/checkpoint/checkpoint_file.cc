@@ -1,6 +1,7 @@
 #include "learner/checkpoint/checkpoint_file.h"
 
 #include <bit>
+#include <charconv>
 #include <cstring>
 #include <string_view>
 
@@ -18,6 +19,7 @@ constexpr uint32_t kFormatVersion = 1;
 constexpr size_t kHeaderBytes = sizeof(kMagic) + sizeof(uint32_t) + sizeof(uint64_t);
 constexpr char kBooks[] = "books";
 constexpr char kReplay[] = "replay";
+constexpr char kCandidate[] = "candidate/";  // and the policy's version, "/", the array's name
 
 template <typename T>
 void Append(const T& value, std::string* bytes) {
@@ -76,6 +78,7 @@ void Put(const EvaluationState& state, proto::Books::Evaluation* out) {
   if (state.best) Put(*state.best, out->mutable_best());
   out->set_best_success(state.best_success);
   out->set_best_time(state.best_time);
+  out->set_collapsed(state.collapsed);
   for (const EvaluationState::Asked& asked : state.asked) {
     proto::Books::Request* request = out->add_request();
     request->set_set(static_cast<int32_t>(asked.request.set));
@@ -169,6 +172,7 @@ EvaluationState GetEvaluation(const proto::Books::Evaluation& in) {
   if (in.has_best()) state.best = GetPolicy(in.best());
   state.best_success = in.best_success();
   state.best_time = in.best_time();
+  state.collapsed = in.collapsed();
   for (const proto::Books::Request& request : in.request()) {
     EvaluationState::Asked asked;
     asked.policy = GetPolicy(request.policy());
@@ -208,6 +212,15 @@ void GetReplayIndex(const proto::ReplayIndex& in, ReplayIndex* index) {
   }
 }
 
+bool GetCandidate(const proto::Checkpoint::Section& section, NetworksByVersion* candidates) {
+  const std::string_view rest = std::string_view(section.name()).substr(sizeof(kCandidate) - 1);
+  int64_t version = 0;
+  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), version);
+  if (error != std::errc() || end == rest.data() + rest.size() || *end != '/') return false;
+  (*candidates)[version].push_back({std::string(end + 1, rest.data() + rest.size()), ToBytes(section.data())});
+  return true;
+}
+
 void GetSection(const proto::Checkpoint::Section& section, const std::string& path, RunState* state) {
   const std::string& data = section.data();
   const uint32_t crc = Crc32c(data.data(), data.size());
@@ -224,6 +237,8 @@ void GetSection(const proto::Checkpoint::Section& section, const std::string& pa
     proto::ReplayIndex index;
     parsed = index.ParseFromString(data);
     GetReplayIndex(index, &state->replay);
+  } else if (section.name().starts_with(kCandidate)) {
+    parsed = GetCandidate(section, &state->candidates);
   } else {
     state->algorithm.push_back({section.name(), ToBytes(data)});
   }
@@ -237,6 +252,10 @@ std::string EncodeCheckpoint(const RunState& state) {
   AddSection(kBooks, MakeBooks(state).SerializeAsString(), &checkpoint);
   AddSection(kReplay, MakeReplayIndex(state.replay).SerializeAsString(), &checkpoint);
   for (const StateArray& array : state.algorithm) AddSection(array.name, ToText(array.data), &checkpoint);
+  for (const auto& [version, arrays] : state.candidates) {
+    const std::string prefix = kCandidate + std::to_string(version) + "/";
+    for (const StateArray& array : arrays) AddSection(prefix + array.name, ToText(array.data), &checkpoint);
+  }
   const std::string body = checkpoint.SerializeAsString();
   std::string bytes(kMagic, sizeof(kMagic));
   Append(kFormatVersion, &bytes);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -28,6 +29,9 @@ struct ReplayIndex {
   std::vector<ReplayChunk> chunks;
 };
 
+/// Whole states of an Algorithm by policy version.
+using NetworksByVersion = std::map<int64_t, std::vector<StateArray>>;
+
 /// A learner between two rounds (LOCKSTEP) or two turns (ASYNC): everything that a new process needs to go on as if
 /// nothing had happened (DESIGN 16).
 struct RunState {
@@ -41,6 +45,7 @@ struct RunState {
   double wall_s = 0;  ///< since the launch, interruptions left out
   int64_t episode_log_bytes = 0;
   std::vector<StateArray> algorithm;
+  NetworksByVersion candidates;  ///< REVERT_TO_BEST: of the best policy and those under evaluation
   CoordinatorState coordinator;
   EvaluationState evaluation;
   ReplayIndex replay;

@@ -72,6 +72,8 @@ class CheckpointTest : public ::testing::Test {
     state.evaluation.next_check = 20000;
     state.evaluation.consumption_wall_s = 2.5;
     state.evaluation.failed_checks = 2;
+    state.evaluation.collapsed = true;
+    state.candidates[70] = {{"policy/w", {1, 2, 3}}, {"alpha", {}}};
     state.evaluation.best = PolicySnapshot{70, 10000, {1.0f, -2.0f}};
     state.evaluation.best_success = 0.98;
     state.evaluation.best_time = -6;
@@ -105,6 +107,10 @@ TEST_F(CheckpointTest, FileRoundTrips) {
   ASSERT_EQ(b.coordinator.granted.size(), 1u);
   EXPECT_EQ(b.coordinator.granted[0].policy.parameters, (std::vector<float>{0.5f}));
   EXPECT_TRUE(b.coordinator.counters.disturbed);
+  EXPECT_TRUE(b.evaluation.collapsed);
+  ASSERT_EQ(b.candidates.at(70).size(), 2u);
+  EXPECT_EQ(b.candidates.at(70)[0].name, "policy/w");
+  EXPECT_EQ(b.candidates.at(70)[0].data, (Bytes{1, 2, 3}));
   EXPECT_EQ(b.evaluation.best->parameters, (std::vector<float>{1.0f, -2.0f}));
   EXPECT_EQ(b.evaluation.asked[0].request.set, StartSet::kValidation);
   EXPECT_EQ(b.replay.chunks[0].crc32c, 0xDEADBEEF);

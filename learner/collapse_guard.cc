@@ -1,0 +1,38 @@
+#include "learner/collapse_guard.h"
+
+#include "common/core/log.h"
+
+namespace cairn::learner {
+
+CollapseGuard::CollapseGuard(const Experiment& experiment, EvaluationSchedule* evaluation, Algorithm* algorithm)
+    : consumption_starts_(experiment.evaluation.consumption_starts),
+      collapse_checks_(experiment.learner.collapse_checks),
+      reverts_(experiment.learner.on_collapse == LearnerConfig::OnCollapse::kRevertToBest),
+      waits_(reverts_ && experiment.schedule == Schedule::kLockstep),
+      evaluation_(evaluation),
+      algorithm_(algorithm) {}
+
+void CollapseGuard::Visit(int64_t env_steps, int64_t version) {
+  const bool check = evaluation_->CheckDue(env_steps);
+  if (waits_ && check) evaluation_->ReceiveAll();
+  if ((!waits_ || check) && evaluation_->TakeCollapse()) OnCollapse(env_steps);
+  if (reverts_ && check) candidates_[version] = algorithm_->Save();
+  evaluation_->Visit(env_steps, version, algorithm_->policy_parameters());
+  if (evaluation_->last_solved() == consumption_starts_) warning_.clear();
+  const int64_t best = evaluation_->best() ? evaluation_->best()->version : -1;
+  std::erase_if(candidates_, [&](const auto& c) { return c.first != best && !evaluation_->Pending(c.first); });
+}
+
+void CollapseGuard::OnCollapse(int64_t env_steps) {
+  warning_ = fmt::format("the policy collapsed: half of the consumption starts fail since {} checks", collapse_checks_);
+  if (reverts_ && evaluation_->best()) {
+    const auto best = candidates_.find(evaluation_->best()->version);
+    if (best != candidates_.end()) {
+      algorithm_->LoadNetworks(best->second);
+      warning_ += fmt::format("; back to the networks of {} env steps", evaluation_->best()->env_steps);
+    }
+  }
+  log::Warning("{} ({} env steps)", warning_, env_steps);
+}
+
+}  // namespace cairn::learner
