@@ -19,7 +19,8 @@ using std::chrono::milliseconds;
 
 constexpr int64_t kAsyncUpdatesPerTurn = 16;  // between two looks at what has come in
 constexpr int64_t kNoLimit = INT64_MAX;
-constexpr auto kStopTime = milliseconds(1200);  // in which a stopped run may still reach a checkpoint
+constexpr auto kSettleTime = milliseconds(500);  // for the updates that are due before a checkpoint (ASYNC)
+constexpr auto kStopTime = milliseconds(1200);   // in which a stopped run may still reach a checkpoint
 
 std::string CheckpointDirectory(const std::string& run_dir) { return run_dir + "/checkpoints"; }
 
@@ -194,7 +195,7 @@ void Learner::RunAsync() {
     coordinator_.SetAllowed(paid + experiment_.async.error_buffer, env_steps_ < config.learning_starts);
     Insert(coordinator_.Take(UpdatesDue() > 0 ? Duration::zero() : Duration(milliseconds(5))));
     if (stop_requested_) {
-      SaveCheckpoint({});
+      SettleAndSave();
       coordinator_.Stop();
     }
     if (coordinator_.stopped()) return;
@@ -203,13 +204,23 @@ void Learner::RunAsync() {
       Publish();
       published = Clock::now();
       collapse_guard_.Visit(env_steps_, updates_);
-      if (CheckpointDue()) SaveCheckpoint({});
+      if (CheckpointDue()) SettleAndSave();
       report_.Visit(Counters("training"), algorithm_.get());
     }
   }
   Train(kNoLimit);
   Publish();
   collapse_guard_.Visit(env_steps_, updates_);
+  SaveCheckpoint({});
+}
+
+// ASYNC: makes the updates that are due before it saves, so that a run that goes on has none to catch up with in a
+// burst.
+void Learner::SettleAndSave() {
+  if (!checkpointer_) return;
+  const TimePoint start = Clock::now();
+  while (Train(kAsyncUpdatesPerTurn) > 0 && Clock::now() - start < kSettleTime) {
+  }
   SaveCheckpoint({});
 }
 

@@ -62,6 +62,7 @@ class Learner {
   int64_t UpdatesDue() const;
   void Publish();
   void FinishRun();
+  void SettleAndSave();
   bool CheckpointDue() const;
   void SaveCheckpoint(const Harvest& harvest);
   RunState State(const Harvest& harvest);
