@@ -251,11 +251,11 @@ std::string EncodeCheckpoint(const RunState& state) {
   proto::Checkpoint checkpoint;
   AddSection(kBooks, MakeBooks(state).SerializeAsString(), &checkpoint);
   AddSection(kReplay, MakeReplayIndex(state.replay).SerializeAsString(), &checkpoint);
-  for (const StateArray& array : state.algorithm) AddSection(array.name, ToText(array.data), &checkpoint);
   for (const auto& [version, arrays] : state.candidates) {
     const std::string prefix = kCandidate + std::to_string(version) + "/";
     for (const StateArray& array : arrays) AddSection(prefix + array.name, ToText(array.data), &checkpoint);
   }
+  for (const StateArray& array : state.algorithm) AddSection(array.name, ToText(array.data), &checkpoint);
   const std::string body = checkpoint.SerializeAsString();
   std::string bytes(kMagic, sizeof(kMagic));
   Append(kFormatVersion, &bytes);
