@@ -109,6 +109,7 @@ class Training {
     SupervisorConfig config;
     config.tick = [this] { UpdateStatus(); };
     config.note = [this](const std::string& line) { Say(line); };
+    config.max_restarts = options_.max_restarts;
     return config;
   }
 
@@ -144,6 +145,10 @@ class Training {
       const auto command = [this, kind, name, own](int generation) {
         ProcessOptions next = own;
         next.generation = generation;
+        if (kind == ProcessKind::kLearner && generation > 0) {
+          next.resume = true;
+          next.launch_utime_us = MonotonicUs();
+        }
         return MakeCommand(kind, name, next);
       };
       supervisor->Add({name, role, command});
@@ -165,7 +170,7 @@ class Training {
     if (end.exit_code == 2) throw UsageError(end.failure);
     if (end.exit_code != 0) throw Error(end.failure);
     std::string restarts;
-    if (end.restarts > 0) restarts = fmt::format(", {} actor restart{}", end.restarts, end.restarts > 1 ? "s" : "");
+    if (end.restarts > 0) restarts = fmt::format(", {} restart{}", end.restarts, end.restarts > 1 ? "s" : "");
     Say(fmt::format("done in {:.1f} s{}; run directory {}",
                     1e-6 * static_cast<double>(MonotonicUs() - options_.launch_utime_us), restarts, directory_.path()));
     return 0;
