@@ -126,7 +126,8 @@ void Coordinator::Finish() {
 
 // --- what comes in ---------------------------------------------------------------------------------------------------
 
-// A hello that names another incarnation is old: it may be refused, but nobody joins by it.
+// A hello that names another incarnation is old: it may be refused, but nobody joins by it. Nor does anybody before the
+// table is known, since a session that goes on sends at once what must be judged by it.
 void Coordinator::OnHello(const Hello& hello) {
   const std::lock_guard lock(mutex_);
   const auto holder = fleet_.actors().find(hello.actor_id);
@@ -134,7 +135,7 @@ void Coordinator::OnHello(const Hello& hello) {
   const int64_t held_accepted = known ? holder->second.accepted : 0;
   const int64_t held_session = known && holder->second.joined ? holder->second.session : 0;
   if (hello.incarnation != control_.incarnation && hello.incarnation != 0) return;
-  if (hello.incarnation == 0 && fleet_.Compatible(hello)) return;
+  if ((hello.incarnation == 0 || control_.table_hash == 0) && fleet_.Compatible(hello)) return;
   const Welcome welcome = fleet_.Join(hello, Clock::now());
   ActorRecord* actor = fleet_.Find(hello.session);
   if (welcome.status != Welcome::Status::kAccepted || actor == nullptr) {

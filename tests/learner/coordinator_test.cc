@@ -134,15 +134,13 @@ class CoordinatorTest : public ::testing::Test {
     coordinator_ = std::make_unique<Coordinator>(bus_.get(), experiment_, kHash, num_actors, 1);
     coordinator_->Start();
     planner_ = std::make_unique<Bus>(FakeActor::Config(experiment_));
-    for (int i = 0; i < num_actors; ++i) {
-      actors_.push_back(std::make_unique<FakeActor>(experiment_, i));
-      ASSERT_TRUE(actors_.back()->Join());
-    }
+    for (int i = 0; i < num_actors; ++i) actors_.push_back(std::make_unique<FakeActor>(experiment_, i));
     const TableInfo info{.experiment_hash = kHash, .roadmap_hash = 8, .table_hash = 9};
     ASSERT_TRUE(actors_[0]->Until([&] {
       planner_->Publish(Plane::kTables, kTableInfoChannel, info);
       return actors_[0]->control && actors_[0]->control->table_hash == 9;
     }));
+    for (auto& actor : actors_) ASSERT_TRUE(actor->Join());
     ASSERT_TRUE(coordinator_->WaitForFleet());
   }
 
