@@ -16,6 +16,10 @@ if(CAIRN_SANITIZE)
   target_link_options(cairn_options INTERFACE -fsanitize=${CAIRN_SANITIZE})
 endif()
 
+if(CAIRN_FUZZ)
+  target_compile_options(cairn_options INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
 # cairn_add_library(NAME SOURCES … [PUBLIC lib …] [PRIVATE lib …])
 function(cairn_add_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
