@@ -24,6 +24,8 @@ packages=(
 )
 test_packages=(
   libgtest-dev libgmock-dev libbenchmark-dev clang-format-14 clang-tidy-14 python3 procps
+  # The firewall rules of SECURITY.md.
+  nftables
   # A window system without a screen, to look at `cairn spy`.
   xvfb xauth xdotool imagemagick
 )
