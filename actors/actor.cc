@@ -22,6 +22,9 @@ constexpr auto kWaitingStatus = milliseconds(20);
 constexpr auto kIdleStatus = milliseconds(1000);
 constexpr auto kFlushInterval = milliseconds(50);  // ASYNC: no transition is older than this when it leaves
 constexpr int kAsyncSegmentSteps = 10;
+constexpr auto kIdTakenPatience = milliseconds(5000);   // a dead holder is forgotten after three seconds
+constexpr auto kUnlistedPatience = milliseconds(1500);  // frames without this actor, from a learner that it has joined
+constexpr auto kLeavePatience = milliseconds(3000);
 
 }  // namespace
 
@@ -52,13 +55,17 @@ void Actor::Subscribe() {
   bus_->CheckPlanes();
 }
 
-void Actor::Run() {
+Actor::End Actor::Run() {
   Subscribe();
   Duration wait = Duration::zero();
-  while (!finished()) {
+  TimePoint waiting_since = Clock::now();
+  while (!finished() && !Left(Clock::now())) {
     bus_->Poll(wait);
     if (!refusal_.empty()) ThrowUsageError("the learner refused actor {}: {}", identity_.actor_id, refusal_);
     const TimePoint start = Clock::now();
+    CheckMembership(start);
+    if (start_over_) return End::kStartOver;
+    if (wait != Duration::zero() && joined_) waited_ += start - waiting_since;
     tables_.Poll(start);
     stream_.Poll(start);
     const bool worked =
@@ -68,19 +75,65 @@ void Actor::Run() {
     SendStatus(now, worked ? Duration(kIdleStatus) : Duration(kWaitingStatus));
     SendTelemetry(now);
     wait = worked ? Duration::zero() : Duration(milliseconds(5));
+    waiting_since = now;
   }
+  return End::kFinished;
+}
+
+// Nothing is left here, and the learner knows it; or nobody answers.
+bool Actor::Left(TimePoint now) {
+  if (!leaving_) return false;
+  leave_deadline_ = std::min(leave_deadline_, now + kLeavePatience);
+  if (!joined_ || now > leave_deadline_) return true;
+  const bool empty = assignment_done_ >= 0 && rollout_.num_vehicles() == 0 && stream_.idle();
+  return empty && now - me_seen_ > kWaitingStatus * 5;  // it is listed until the learner has forgotten it
+}
+
+// A learner that gave this actor up while it hung goes on without it.
+void Actor::CheckMembership(TimePoint now) {
+  const bool heard = control_ && control_->number > me_number_ + 2;
+  if (joined_ && !leaving_ && heard && now - me_seen_ > kUnlistedPatience) start_over_ = true;
 }
 
 // --- what comes in ---------------------------------------------------------------------------------------------------
 
 void Actor::OnWelcome(const Welcome& welcome) {
-  if (welcome.session != bus_->config().session) return;
-  if (welcome.status == Welcome::Status::kRefused) refusal_ = welcome.reason;
-  if (welcome.status != Welcome::Status::kAccepted) return;
+  if (welcome.session != bus_->config().session || welcome.incarnation < incarnation_) return;
+  switch (welcome.status) {
+    case Welcome::Status::kRefused:
+      refusal_ = welcome.reason;
+      return;
+    case Welcome::Status::kUnknown:
+      start_over_ = true;
+      return;
+    case Welcome::Status::kIdTaken:
+      if (id_taken_since_ == TimePoint{}) id_taken_since_ = Clock::now();
+      if (Clock::now() - id_taken_since_ > kIdTakenPatience) refusal_ = welcome.reason;
+      return;
+    case Welcome::Status::kAccepted:
+      break;
+  }
+  if (welcome.incarnation > incarnation_) OnNewLearner(welcome.incarnation);
+  if (welcome_ && !joined_) return GoOn(welcome);
   if (welcome_ && welcome.assignment <= welcome_->assignment) return;
+  if (!joined_) me_seen_ = Clock::now();
   welcome_ = welcome;
+  joined_ = true;
   states_.Clear();
-  policies_.SetIncarnation(welcome.incarnation);
+}
+
+// ASYNC: the learner that follows the one this session began with has it in its checkpoint, as it was then.
+void Actor::GoOn(const Welcome& welcome) {
+  std::vector<int32_t> vehicles;
+  for (int i = 0; i < rollout_.num_vehicles(); ++i) vehicles.push_back(rollout_.vehicle(i));
+  SendExperience();  // what was made under the earlier learner's policy
+  start_over_ = welcome.vehicle != vehicles || !stream_.Rewind(welcome.received, Clock::now());
+  if (start_over_) return;
+  log::Info("going on with learner {} from message {}", welcome.incarnation, welcome.received);
+  welcome_ = welcome;
+  assignment_done_ = welcome.assignment;
+  joined_ = true;
+  me_seen_ = Clock::now();
 }
 
 void Actor::OnState(const AssignedState& state) {
@@ -88,33 +141,53 @@ void Actor::OnState(const AssignedState& state) {
   if (state.assignment > assignment_done_) states_.Add(state.piece);
 }
 
-void Actor::OnControl(const Control& control) {
-  // Datagrams of one sender may overtake each other; only newer state counts.
-  if (control_ && control.incarnation == control_->incarnation && control.number <= control_->number) return;
-  control_ = control;
-  policies_.SetIncarnation(control.incarnation);
-  if (control.evaluation_id != 0) policies_.Pin(control.evaluation_version);
-  tables_.Want(control.roadmap_hash, control.table_hash);
-  const Control::Actor* me = Myself();
-  if (me != nullptr) stream_.Acknowledge(me->received, me->window, me->echo_utime, Clock::now());
+// A learner was restarted. What its rounds, evaluations and policies are called begins anew. In LOCKSTEP it has the
+// vehicles' states, and those here are worth nothing.
+void Actor::OnNewLearner(int64_t incarnation) {
+  start_over_ = welcome_ && experiment_.schedule == Schedule::kLockstep;
+  incarnation_ = incarnation;
+  control_.reset();
+  me_.reset();
+  me_number_ = 0;
+  joined_ = false;
+  policies_.SetIncarnation(incarnation);
+  wanted_policy_version_ = -1;
+  evaluation_done_ = 0;
+  evaluation_results_.clear();
 }
 
-const Control::Actor* Actor::Myself() const {
-  if (!control_) return nullptr;
-  const auto it = std::find_if(control_->actors.begin(), control_->actors.end(),
-                               [this](const Control::Actor& a) { return a.session == bus_->config().session; });
-  return it == control_->actors.end() ? nullptr : &*it;
+void Actor::OnControl(const Control& control) {
+  if (control.incarnation < incarnation_) return;
+  if (control.incarnation > incarnation_) OnNewLearner(control.incarnation);
+  const TimePoint now = Clock::now();
+  for (const Control::Actor& actor : control.actors) {
+    if (actor.session != bus_->config().session) continue;
+    me_seen_ = now;
+    if (control.number <= me_number_ || !joined_) continue;
+    me_ = actor;
+    me_number_ = control.number;
+    me_evaluation_ = control.evaluation_id;
+    stream_.Acknowledge({actor.received, actor.durable, actor.window, actor.echo_us, actor.gaps}, now);
+  }
+  // Datagrams of one sender may overtake each other; only newer state counts.
+  if (control_ && control.number <= control_->number) return;
+  control_ = control;
+  control_->actors.clear();
+  if (control.evaluation_id != 0) policies_.Pin(control.evaluation_version);
+  tables_.Want(control.roadmap_hash, control.table_hash);
 }
 
 // --- what it does ----------------------------------------------------------------------------------------------------
 
 bool Actor::Join(TimePoint now) {
-  if (welcome_) return control_.has_value();
+  if (joined_) return control_.has_value();
   if (now >= next_hello_) {
     next_hello_ = now + kHelloInterval;
     Hello hello;
     hello.session = bus_->config().session;
     hello.experiment_hash = identity_.experiment_hash;
+    hello.incarnation = incarnation_;
+    hello.transitions = rollout_.env_steps();
     hello.actor_id = identity_.actor_id;
     hello.generation = identity_.generation;
     hello.observation_size = observation_size_;
@@ -151,6 +224,7 @@ bool Actor::TakeAssignment() {
   rollout_.Assign(welcome_->vehicle, welcome_->next_episode, welcome_->steps_done, states);
   assignment_done_ = welcome_->assignment;
   states_.Clear();
+  SendStatus(Clock::now(), Duration::zero());  // others may wait for vehicles that are free now
   return true;
 }
 
@@ -163,17 +237,18 @@ std::vector<SavedVehicle> Actor::SaveVehicles() const {
 }
 
 bool Actor::UsePolicy(int64_t version) {
-  if (version == policy_in_use_) return true;
+  if (version == policy_in_use_ && policy_incarnation_ == incarnation_) return true;
   const std::vector<float>* parameters = policies_.Find(version);
   wanted_policy_version_ = parameters == nullptr ? version : -1;
   if (parameters == nullptr) return false;
   policy_.SetParameters(*parameters);
   policy_in_use_ = version;
+  policy_incarnation_ = incarnation_;
   return true;
 }
 
 RolloutContext Actor::Context(bool warm_up) {
-  return {&policy_, warm_up, control_->incarnation, policy_in_use_, control_->table_hash};
+  return {&policy_, warm_up, policy_incarnation_, policy_in_use_, control_->table_hash};
 }
 
 // The oldest open round in which a vehicle here has steps left. Whoever is done with one goes on with the next without
@@ -206,40 +281,36 @@ bool Actor::RollRound(const Control::Round& round) {
 // One step of as many vehicles as the credit pays for; what is open leaves when it is long or old enough, or when the
 // credit ends, so that the learner never waits for something that lies here.
 bool Actor::RollCredit() {
-  const Control::Actor* me = Myself();
   const TimePoint now = Clock::now();
-  const bool end_of_credit = me == nullptr || me->credit <= credit_used_;
+  const bool end_of_credit = !me_ || me_->credit <= rollout_.env_steps();
   if (end_of_credit || now - last_flush_ > kFlushInterval ||
       rollout_.env_steps() % (int64_t{kAsyncSegmentSteps} * std::max(1, rollout_.num_vehicles())) == 0) {
     SendExperience();
     last_flush_ = now;
-    if (control_->policy_version != policy_in_use_ && !UsePolicy(control_->policy_version) && policy_in_use_ < 0) {
-      return false;
-    }
+    const bool newest = UsePolicy(control_->policy_version);
+    if (!newest && (policy_in_use_ < 0 || policy_incarnation_ != incarnation_)) return false;
   }
   if (end_of_credit || rollout_.num_vehicles() == 0) return false;
   const auto n = static_cast<size_t>(rollout_.num_vehicles());
-  const auto count = static_cast<size_t>(std::min<int64_t>(static_cast<int64_t>(n), me->credit - credit_used_));
+  const auto count =
+      static_cast<size_t>(std::min<int64_t>(static_cast<int64_t>(n), me_->credit - rollout_.env_steps()));
   std::vector<int> indices(count);
   for (int& index : indices) {
     index = static_cast<int>(next_vehicle_);
     next_vehicle_ = (next_vehicle_ + 1) % n;
   }
   std::sort(indices.begin(), indices.end());
-  const int64_t before = rollout_.env_steps();
   rollout_.Step(indices, Context(control_->warm_up));
-  credit_used_ += rollout_.env_steps() - before;
   return true;
 }
 
 bool Actor::Evaluate() {
-  if (control_->evaluation_id <= evaluation_done_) return false;
-  const Control::Actor* me = Myself();
-  if (me == nullptr) return false;
+  if (control_->evaluation_id <= evaluation_done_ || leaving_) return false;
+  if (!me_ || me_evaluation_ != control_->evaluation_id) return false;
   if (!control_->lockstep) SendExperience();  // segments never span a policy version
-  if (me->evaluation_count > 0 && !UsePolicy(control_->evaluation_version)) return false;
-  std::vector<int> starts(static_cast<size_t>(me->evaluation_count));
-  std::iota(starts.begin(), starts.end(), me->evaluation_first);
+  if (me_->evaluation_count > 0 && !UsePolicy(control_->evaluation_version)) return false;
+  std::vector<int> starts(static_cast<size_t>(me_->evaluation_count));
+  std::iota(starts.begin(), starts.end(), me_->evaluation_first);
   if (!starts.empty()) {
     evaluation_results_ = RunEvaluation(std::move(starts));
   }
@@ -288,7 +359,7 @@ void Actor::SendExperience(bool with_states) {
 }
 
 void Actor::SendStatus(TimePoint now, Duration interval) {
-  if (!welcome_ || now - last_status_ < interval) return;
+  if (!joined_ || now - last_status_ < interval) return;
   last_status_ = now;
   ActorStatus status;
   status.session = bus_->config().session;
@@ -298,6 +369,11 @@ void Actor::SendStatus(TimePoint now, Duration interval) {
   status.policy_version = policies_.newest();
   status.wanted_policy_version = wanted_policy_version_;
   status.last_sequence = stream_.last_sequence();
+  status.sent = stream_.sent();
+  status.resent = stream_.resent();
+  status.wait_us = std::chrono::duration_cast<std::chrono::microseconds>(waited_).count();
+  status.round_trip_us = stream_.round_trip_us();
+  status.leaving = leaving_;
   bus_->Publish(Plane::kExperience, kStatusChannel, status);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -32,9 +33,16 @@ class Actor {
   /// `bus` must outlive the actor. Throws UsageError as Scene does.
   Actor(Bus* bus, const Experiment& experiment, const ActorIdentity& identity);
 
-  /// Returns when the run is finished. Throws UsageError when the learner refuses this process: another revision,
-  /// experiment or id; starting it again would not help.
-  void Run();
+  /// kFinished: the run is, or this actor has left it. kStartOver: this session cannot go on, since the learner does
+  /// not know it (any more) or, in LOCKSTEP, is a new one; an Actor on a Bus with another session can.
+  enum class End { kFinished, kStartOver };
+
+  /// Throws UsageError when the learner refuses this process: another revision, experiment, or an id that is taken;
+  /// starting it again would not help.
+  End Run();
+
+  /// Leaves the running job, from any thread: others get the vehicles, nothing that was made is lost.
+  void RequestLeave() { leaving_ = true; }
 
  private:
   // What comes in.
@@ -42,8 +50,12 @@ class Actor {
   void OnWelcome(const Welcome& welcome);
   void OnControl(const Control& control);
   void OnState(const AssignedState& state);
+  void OnNewLearner(int64_t incarnation);
+  void GoOn(const Welcome& welcome);
   // What it does; each returns whether there was something to do.
   bool Join(TimePoint now);
+  bool Left(TimePoint now);
+  void CheckMembership(TimePoint now);
   bool ReceiveTable();
   bool TakeAssignment();
   std::vector<SavedVehicle> SaveVehicles() const;
@@ -60,7 +72,6 @@ class Actor {
   bool UsePolicy(int64_t version);
   RolloutContext Context(bool warm_up);
   std::vector<EpisodeResult> RunEvaluation(std::vector<int> starts);
-  const Control::Actor* Myself() const;
   bool finished() const { return control_ && control_->phase == Control::Phase::kFinished; }
   bool running() const { return control_ && control_->phase == Control::Phase::kRunning && has_table_; }
 
@@ -76,21 +87,32 @@ class Actor {
   ReliableSender stream_;
   AuditLog audit_;
 
-  std::optional<Control> control_;
-  std::optional<Welcome> welcome_;
+  std::atomic<bool> leaving_{false};
+  int64_t incarnation_ = 0;         // of the learner: the highest heard of
+  std::optional<Control> control_;  // its newest frame, without actors
+  std::optional<Control::Actor> me_;
+  int64_t me_number_ = 0;      // of the frame that it is from
+  int64_t me_evaluation_ = 0;  // of which evaluation that frame told the share
+  TimePoint me_seen_{};
+  std::optional<Welcome> welcome_;  // newest
+  bool joined_ = false;             // with this learner
+  bool start_over_ = false;
   StateAssembler states_;  // of the newest assignment
   std::string refusal_;
   bool has_table_ = false;
   int64_t assignment_done_ = -1;
   int64_t round_done_ = 0;
   int64_t evaluation_done_ = 0;
-  int64_t credit_used_ = 0;
   size_t next_vehicle_ = 0;  // ASYNC: whose turn it is when credit is short
   int64_t policy_in_use_ = -1;
+  int64_t policy_incarnation_ = 0;  // whose version that is
   int64_t wanted_policy_version_ = -1;
   std::vector<EpisodeResult> evaluation_results_;
   int64_t eval_steps_ = 0;
   TimePoint next_hello_{};
+  TimePoint id_taken_since_{};
+  TimePoint leave_deadline_ = TimePoint::max();
+  Duration waited_{};  // with nothing to do, since it joined
   TimePoint last_status_{};
   TimePoint last_flush_{};
   TimePoint last_telemetry_{};

@@ -9,7 +9,7 @@ namespace cairn::actors {
 namespace {
 
 // Encoded sizes, from lcmtypes/experience_t.lcm.
-constexpr int kHeaderBytes = 72;
+constexpr int kHeaderBytes = 80;
 constexpr int kSegmentBytes = 4 * 4 + 1 + 2 * 8;
 constexpr int kStateBytes = 4 * 4 + 8;
 constexpr int kEpisodeBytes = 2 + 3 * 4 + 8 + 6 * 4;

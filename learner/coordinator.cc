@@ -16,19 +16,26 @@ constexpr auto kMinControlGap = milliseconds(5);  // 200 Hz at most
 constexpr auto kReannounce = milliseconds(20);    // until acted on
 constexpr auto kIdleAnnounce = milliseconds(1000);
 constexpr auto kWelcomeResendGap = milliseconds(50);
-constexpr int kStateOverhead = 128;  // bytes of a message that are not state
+constexpr auto kSearchAnnounce = milliseconds(50);  // while nobody has joined
+constexpr int kStateOverhead = 128;                 // bytes of a message that are not state
+constexpr int kControlHeadBytes = 300;              // of a control frame with two rounds, trailer included
+constexpr int kControlActorBytes = 60;
+constexpr int kControlGapBytes = 20;
+constexpr size_t kMaxGaps = 64;  // in one control frame
 
 }  // namespace
 
-Coordinator::Coordinator(Bus* bus, const Experiment& experiment, uint64_t experiment_hash, int num_actors)
+Coordinator::Coordinator(Bus* bus, const Experiment& experiment, uint64_t experiment_hash, int num_actors,
+                         int64_t incarnation)
     : bus_(bus),
       experiment_(experiment),
       observation_size_(ObservationSize(experiment)),
       tables_(bus, experiment_hash),
       fleet_(num_actors, experiment.num_vehicles, experiment_hash, observation_size_, GitRevision()),
-      control_{.incarnation = RandomId()},
-      policies_(bus, control_.incarnation),
-      rounds_(experiment.num_vehicles) {
+      control_{.incarnation = incarnation},
+      policies_(bus, incarnation),
+      rounds_(experiment.num_vehicles),
+      evaluations_(incarnation) {
   control_.lockstep = experiment.schedule == Schedule::kLockstep;
   fleet_.set_incarnation(control_.incarnation);
 }
@@ -44,6 +51,7 @@ void Coordinator::Start() {
                               [this](const Experience& e, const FrameInfo&) { OnExperience(e); });
   bus_->CheckPlanes();
   tables_.RequestInfo();
+  started_ = Clock::now();
   thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
 }
 
@@ -87,13 +95,23 @@ bool Coordinator::stopped() const {
   return stopped_;
 }
 
+bool Coordinator::FleetReady(TimePoint now) const {
+  if (control_.table_hash == 0) return false;
+  if (fleet_.complete()) return true;
+  return control_.incarnation > 1 && fleet_.num_joined() > 0 &&
+         now - started_ > std::chrono::duration<double>(experiment_.lockstep.actor_timeout_s);
+}
+
 bool Coordinator::WaitForFleet() {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return stopped_ || (fleet_.complete() && control_.table_hash != 0); });
+  while (!stopped_ && !FleetReady(Clock::now())) changed_.wait_for(lock, milliseconds(100));
   if (stopped_) return false;
   control_.phase = Control::Phase::kRunning;
   dirty_ = true;
-  fleet_.set_started();
+  for (const auto& [id, actor] : fleet_.actors()) {
+    if (!actor.joined) retired_accepted_ += actor.accepted;
+  }
+  SendWelcomes(fleet_.Start());
   return true;
 }
 
@@ -108,26 +126,43 @@ void Coordinator::Finish() {
 
 // --- what comes in ---------------------------------------------------------------------------------------------------
 
+// A hello that names another incarnation is old: it may be refused, but nobody joins by it. Nor does anybody before the
+// table is known, since a session that goes on sends at once what must be judged by it.
 void Coordinator::OnHello(const Hello& hello) {
   const std::lock_guard lock(mutex_);
   const auto holder = fleet_.actors().find(hello.actor_id);
-  const int64_t held_accepted = holder == fleet_.actors().end() ? 0 : holder->second.accepted;
-  const int64_t held_session = holder == fleet_.actors().end() ? 0 : holder->second.session;
+  const bool known = holder != fleet_.actors().end();
+  const int64_t held_accepted = known ? holder->second.accepted : 0;
+  const int64_t held_session = known && holder->second.joined ? holder->second.session : 0;
+  if (hello.incarnation != control_.incarnation && hello.incarnation != 0) return;
+  if ((hello.incarnation == 0 || control_.table_hash == 0) && fleet_.Compatible(hello)) return;
   const Welcome welcome = fleet_.Join(hello, Clock::now());
-  if (welcome.status != Welcome::Status::kAccepted) {
+  ActorRecord* actor = fleet_.Find(hello.session);
+  if (welcome.status != Welcome::Status::kAccepted || actor == nullptr) {
     ++counters_.refused;
     log::Warning("actor {} refused: {}", hello.actor_id, welcome.reason);
-  } else if (held_session != hello.session) {
-    retired_accepted_ += held_accepted;
+    bus_->Publish(Plane::kControl, kWelcomeChannel, welcome);
+    return;
+  }
+  if (held_session != hello.session) {
+    if (actor->accepted == 0) retired_accepted_ += held_accepted;
+    if (!known && fleet_.started()) SendWelcomes(fleet_.Share(hello.actor_id));
+    SharesChanged();
     dirty_ = true;
     changed_.notify_all();
   }
-  ActorRecord* actor = fleet_.Find(hello.session);
-  if (welcome.status == Welcome::Status::kAccepted && actor != nullptr) {
-    SendWelcome(actor, Clock::now());
-  } else {
-    bus_->Publish(Plane::kControl, kWelcomeChannel, welcome);
-  }
+  SendWelcome(actor, Clock::now());
+}
+
+// The evaluation under way is shared out anew among those who are here.
+void Coordinator::SharesChanged() {
+  if (!fleet_.started()) return;
+  evaluations_.Restart();
+  AnnounceEvaluation();
+}
+
+void Coordinator::SendWelcomes(const std::vector<int64_t>& sessions) {
+  for (const int64_t session : sessions) SendWelcome(fleet_.Find(session), Clock::now());
 }
 
 // The assignment, and behind it the states that its vehicles go on with.
@@ -151,8 +186,20 @@ void Coordinator::OnStatus(const ActorStatus& status) {
   if (actor == nullptr) return;
   const TimePoint now = Clock::now();
   actor->last_heard = now;
+  actor->status = status;
+  actor->stream.Announce(status.last_sequence);
+  dirty_ = dirty_ || !actor->stream.Gaps(1).empty();
+  if (status.leaving) SendWelcomes(fleet_.Leave(actor->actor_id));
+  SendWelcomes(fleet_.Settle());
   if (status.assignment < actor->assignment && now - actor->welcomed > kWelcomeResendGap) SendWelcome(actor, now);
   policies_.Resend(status.wanted_policy_version, now);
+  if (fleet_.Gone(*actor)) {
+    log::Info("actor {} left after {} transitions", actor->actor_id, actor->accepted);
+    Retire(actor->actor_id);
+    fleet_.Forget(status.actor_id);
+    SharesChanged();
+    dirty_ = true;
+  }
 }
 
 void Coordinator::OnExperience(const Experience& experience) {
@@ -163,21 +210,29 @@ void Coordinator::OnExperience(const Experience& experience) {
     return;
   }
   actor->last_heard = Clock::now();
-  actor->echo_utime = experience.utime;
+  actor->echo_us = experience.send_us;
   dirty_ = true;
-  switch (actor->stream.Accept(experience.sequence)) {
-    case ReliableReceiver::Verdict::kDuplicate:
-      ++counters_.stream_duplicates;
-      return;
-    case ReliableReceiver::Verdict::kGap:
-      return;  // go-back: the sender starts again from the first missing one
-    case ReliableReceiver::Verdict::kNew:
-      break;
+  using Verdict = ReliableReceiver<Experience>::Verdict;
+  if (actor->stream.Accept(experience.sequence, experience) == Verdict::kDuplicate) ++counters_.stream_duplicates;
+  bool any = false;
+  while (const std::optional<Experience> next = actor->stream.Take()) {
+    Accept(actor, *next);
+    any = true;
   }
+  if (any) changed_.notify_all();
+}
+
+void Coordinator::Accept(ActorRecord* actor, const Experience& experience) {
   AcceptEpisodes(*actor, experience);
   AcceptStates(*actor, experience);
   AcceptSegments(actor, experience);
-  changed_.notify_all();
+}
+
+// An ASYNC learner that was restarted also takes what its predecessor's policies made.
+bool Coordinator::InForce(const Segment& segment) const {
+  const bool incarnation = control_.lockstep ? segment.policy_incarnation == control_.incarnation
+                                             : segment.policy_incarnation <= control_.incarnation;
+  return incarnation && segment.table_hash == control_.table_hash;
 }
 
 void Coordinator::AcceptSegments(ActorRecord* actor, const Experience& experience) {
@@ -198,7 +253,7 @@ void Coordinator::AcceptSegments(ActorRecord* actor, const Experience& experienc
         ++counters_.refused;
         continue;
     }
-    if (segment.table_hash != control_.table_hash || segment.policy_incarnation != control_.incarnation) {
+    if (!InForce(segment)) {
       Refuse(*actor, segment);
       continue;
     }
@@ -216,8 +271,12 @@ void Coordinator::AcceptSegments(ActorRecord* actor, const Experience& experienc
     }
     actor->accepted += segment.num_steps();
     counters_.transitions_accepted += segment.num_steps();
-    counters_.policy_lag_sum += static_cast<double>(control_.policy_version - segment.policy_version);
-    ++counters_.policy_lag_count;
+    if (segment.policy_incarnation == control_.incarnation) {
+      counters_.policy_lag_sum += static_cast<double>(control_.policy_version - segment.policy_version);
+      ++counters_.policy_lag_count;
+    } else {
+      counters_.recovered += segment.num_steps();
+    }
   }
 }
 
@@ -301,15 +360,24 @@ void Coordinator::SetAllowed(int64_t allowed, bool warm_up) {
   DistributeCredit();
 }
 
-// What is allowed and neither accepted nor granted goes evenly to the living sessions. Credit never shrinks, so the
-// sum of accepted and granted can never pass `allowed_`, and a run ends exactly at its total.
+// What is allowed and neither accepted nor granted goes to the sessions that have least left of what they were given,
+// so that one that hangs does not gather it all. Credit never shrinks, so the sum of accepted and granted can never
+// pass `allowed_`, and a run ends exactly at its total.
 void Coordinator::DistributeCredit() {
+  int64_t unused = 0;
   int64_t committed = retired_accepted_;
-  for (const auto& [id, actor] : fleet_.actors()) committed += std::max(actor.credit, actor.accepted);
+  for (const auto& [id, actor] : fleet_.actors()) {
+    unused += std::max<int64_t>(0, actor.credit - actor.accepted);
+    committed += std::max(actor.credit, actor.accepted);
+  }
   int64_t free = allowed_ - committed;
-  auto left = static_cast<int64_t>(fleet_.actors().size());
+  if (free <= 0 || fleet_.num_joined() == 0) return;
+  // The level to which each is filled up; what rounding leaves goes to the first.
+  const int64_t level = (unused + free) / fleet_.num_joined() + 1;
   for (auto& [id, actor] : fleet_.actors()) {
-    const int64_t share = free / left--;
+    if (!actor.joined) continue;
+    const int64_t left = std::max<int64_t>(0, actor.credit - actor.accepted);
+    const int64_t share = std::min(free, level - left);
     if (share <= 0) continue;
     actor.credit = std::max(actor.credit, actor.accepted) + share;
     free -= share;
@@ -352,6 +420,14 @@ std::vector<EvaluationReport> Coordinator::TakeEvaluations(bool wait) {
   return reports;
 }
 
+void Coordinator::Retire(int32_t actor_id) {
+  const ActorRecord& actor = fleet_.actors().at(actor_id);
+  retired_accepted_ += actor.accepted;
+  counters_.messages_sent += actor.status.sent;
+  counters_.messages_resent += actor.status.resent;
+  counters_.credit_wait_s += 1e-6 * static_cast<double>(actor.status.wait_us);
+}
+
 // An actor that was silent for longer than the limit loses its vehicles to the others; the last one stays, since
 // nobody could take over.
 void Coordinator::GiveUpSilentActors(TimePoint now) {
@@ -359,14 +435,13 @@ void Coordinator::GiveUpSilentActors(TimePoint now) {
   const auto limit =
       std::chrono::duration_cast<Duration>(std::chrono::duration<double>(experiment_.lockstep.actor_timeout_s));
   for (const auto& [id, actor] : fleet_.actors()) {
-    if (now - actor.last_heard <= limit || fleet_.actors().size() < 2) continue;
+    if (now - actor.last_heard <= limit || fleet_.num_joined() < 2) continue;
     log::Error("actor {} was silent for {} s: its vehicles go to the others", id, experiment_.lockstep.actor_timeout_s);
-    retired_accepted_ += actor.accepted;
-    for (const int64_t session : fleet_.Reassign(id)) {
-      SendWelcome(fleet_.Find(session), now);
-    }
-    evaluations_.Restart();
-    AnnounceEvaluation();
+    const int32_t silent = id;
+    Retire(silent);
+    SendWelcomes(fleet_.Reassign(silent));
+    fleet_.Forget(silent);
+    SharesChanged();
     return;  // the map has changed; the next silent one is found 5 ms later
   }
 }
@@ -377,40 +452,85 @@ bool Coordinator::WaitingForActors() const {
 }
 
 void Coordinator::AnnounceIfDue(TimePoint now) {
-  if (fleet_.actors().empty()) return;
   const Duration since = now - last_control_;
+  if (fleet_.num_joined() == 0 && since >= kSearchAnnounce) return SendControl(now);
   if ((dirty_ && since >= kMinControlGap) || (WaitingForActors() && since >= kReannounce) || since >= kIdleAnnounce) {
     SendControl(now);
   }
 }
 
+Control::Actor Coordinator::PositionOf(const ActorRecord& actor, int rank, size_t* gaps_left) const {
+  const int n = fleet_.num_joined();
+  const auto [first, end] = evaluations_.Share(rank, n);
+  Control::Actor position;
+  position.actor_id = actor.actor_id;
+  position.session = actor.session;
+  position.received = actor.stream.received();
+  position.durable = keeps_ ? actor.durable : position.received;
+  position.credit = actor.credit;
+  position.window = bus_->receive_buffer_bytes() / 2 / n;
+  position.echo_us = actor.echo_us;
+  position.evaluation_first = first;
+  position.evaluation_count = end - first;
+  position.gaps = actor.stream.Gaps(*gaps_left);
+  *gaps_left -= position.gaps.size();
+  return position;
+}
+
+// In as many parts as the size of messages asks for; one without actors when there is none.
 void Coordinator::SendControl(TimePoint now) {
-  ++control_.number;
-  control_.actors.clear();
-  const auto n = static_cast<int>(fleet_.actors().size());
-  const int64_t window = bus_->receive_buffer_bytes() / 2 / std::max(1, n);
+  const int room = MaxMessageBytes(experiment_.transport.ttl) - kControlHeadBytes;
+  int used = 0;
   int rank = 0;
+  size_t gaps_left = kMaxGaps;
+  const auto send = [&] {
+    ++control_.number;
+    bus_->Publish(Plane::kControl, kControlChannel, control_);
+    control_.actors.clear();
+    used = 0;
+    gaps_left = kMaxGaps;
+  };
+  control_.actors.clear();
   for (const auto& [id, actor] : fleet_.actors()) {
-    const auto [first, end] = evaluations_.Share(rank, n);
-    control_.actors.push_back(
-        {id, actor.session, actor.stream.received(), 0, actor.credit, window, actor.echo_utime, first, end - first});
-    ++rank;
+    if (!actor.joined) continue;
+    if (used + kControlActorBytes > room) send();
+    size_t gaps = std::min(gaps_left, static_cast<size_t>((room - used - kControlActorBytes) / kControlGapBytes));
+    const size_t before = gaps;
+    control_.actors.push_back(PositionOf(actor, rank++, &gaps));
+    gaps_left -= before - gaps;
+    used += kControlActorBytes + static_cast<int>(before - gaps) * kControlGapBytes;
   }
-  bus_->Publish(Plane::kControl, kControlChannel, control_);
+  send();
   last_control_ = now;
   dirty_ = false;
 }
 
-CoordinatorState Coordinator::State(const Harvest& harvest) const {
+CoordinatorState Coordinator::State(Harvest* harvest) {
   CoordinatorState state;
   state.counters = counters();
   const std::lock_guard lock(mutex_);
-  state.vehicles = harvest.vehicles;
-  if (!control_.lockstep) state.vehicles.assign(fleet_.vehicles().begin(), fleet_.vehicles().end());
+  if (!control_.lockstep) {
+    std::swap(*harvest, harvest_);
+    state.vehicles.assign(fleet_.vehicles().begin(), fleet_.vehicles().end());
+    for (const auto& [id, actor] : fleet_.actors()) {
+      state.sessions.push_back({id, actor.session, actor.generation, actor.assignment, actor.stream.received(),
+                                actor.accepted, actor.credit});
+    }
+    return state;
+  }
+  state.vehicles = harvest->vehicles;
   state.rounds = rounds_.taken();
   state.granted = rounds_.open();
   for (RoundState& round : state.granted) round.policy.parameters = policies_.Find(round.policy.version);
   return state;
+}
+
+void Coordinator::SetDurable(const std::vector<SessionState>& sessions) {
+  const std::lock_guard lock(mutex_);
+  for (const SessionState& session : sessions) {
+    ActorRecord* actor = fleet_.Find(session.session);
+    if (actor != nullptr) actor->durable = std::max(actor->durable, session.received);
+  }
 }
 
 void Coordinator::Restore(const CoordinatorState& state, int64_t env_steps) {
@@ -422,13 +542,22 @@ void Coordinator::Restore(const CoordinatorState& state, int64_t env_steps) {
   for (const VehicleRecord& vehicle : fleet_.vehicles()) steps.push_back(vehicle.steps);
   rounds_.Restore(state.rounds, std::move(steps));
   retired_accepted_ = env_steps;
+  for (const auto& [id, actor] : fleet_.actors()) retired_accepted_ -= actor.accepted;
 }
 
 CoordinatorCounters Coordinator::counters() const {
   const std::lock_guard lock(mutex_);
   CoordinatorCounters counters = counters_;
   counters.refused += bus_->stats().refused;
-  counters.num_actors = static_cast<int>(fleet_.actors().size());
+  counters.num_actors = fleet_.num_joined();
+  double latency_us = 0;
+  for (const auto& [id, actor] : fleet_.actors()) {
+    counters.messages_sent += actor.status.sent;
+    counters.messages_resent += actor.status.resent;
+    counters.credit_wait_s += 1e-6 * static_cast<double>(actor.status.wait_us);
+    latency_us += static_cast<double>(actor.status.round_trip_us);
+  }
+  counters.stream_latency_s = 1e-6 * latency_us / std::max<double>(1, static_cast<double>(fleet_.actors().size()));
   counters.disturbed = fleet_.disturbed();
   return counters;
 }

@@ -28,7 +28,8 @@ namespace cairn::learner {
 /// thread calls the public functions; all of them are thread-safe.
 class Coordinator final : public Evaluator {
  public:
-  Coordinator(Bus* bus, const Experiment& experiment, uint64_t experiment_hash, int num_actors);
+  /// `incarnation` is higher than that of any learner of this run before.
+  Coordinator(Bus* bus, const Experiment& experiment, uint64_t experiment_hash, int num_actors, int64_t incarnation);
   ~Coordinator() override;
   Coordinator(const Coordinator&) = delete;
   Coordinator& operator=(const Coordinator&) = delete;
@@ -36,7 +37,8 @@ class Coordinator final : public Evaluator {
   /// Subscribes, checks the planes, starts the thread. Throws Error as Bus does.
   void Start();
 
-  /// Blocks until all actors have joined and the planner's table is known, or Stop. False when stopped.
+  /// Blocks until all actors have joined and the planner's table is known, or Stop. False when stopped. A learner that
+  /// follows another waits for missing actors no longer than it waits for silent ones.
   bool WaitForFleet();
 
   /// Ends waiting functions; they return false or nothing.
@@ -74,8 +76,13 @@ class Coordinator final : public Evaluator {
   void Evaluate(const EvaluationRequest& request, std::span<const float> parameters) override;
   std::vector<EvaluationReport> TakeEvaluations(bool wait) override;
 
-  /// The books for a checkpoint; `harvest` is the round just taken (LOCKSTEP) or empty (ASYNC).
-  CoordinatorState State(const Harvest& harvest) const;
+  /// The books for a checkpoint. LOCKSTEP: at the end of the round `harvest`. ASYNC: with everything in them that has
+  /// come in; `harvest` gets what of it was not taken yet.
+  CoordinatorState State(Harvest* harvest);
+
+  /// Actors keep what they have sent until SetDurable says that a checkpoint has it. Before Start.
+  void KeepUntilDurable() { keeps_ = true; }
+  void SetDurable(const std::vector<SessionState>& sessions);
 
   /// Goes on where another learner's State ended, after `env_steps`. Before Start.
   void Restore(const CoordinatorState& state, int64_t env_steps);
@@ -89,14 +96,21 @@ class Coordinator final : public Evaluator {
   void OnStatus(const ActorStatus& status);
   void OnExperience(const Experience& experience);
   // The functions below expect mutex_ to be held.
+  void Accept(ActorRecord* actor, const Experience& experience);
+  bool FleetReady(TimePoint now) const;
+  void SendWelcomes(const std::vector<int64_t>& sessions);
+  void Retire(int32_t actor_id);
+  void SharesChanged();
   void AcceptSegments(ActorRecord* actor, const Experience& experience);
   void AcceptEpisodes(const ActorRecord& actor, const Experience& experience);
   void Refuse(const ActorRecord& actor, const Segment& segment);
+  bool InForce(const Segment& segment) const;
   void AcceptStates(const ActorRecord& actor, const Experience& experience);
   void SendWelcome(ActorRecord* actor, TimePoint now);
   void AnnounceEvaluation();
   void DistributeCredit();
   void GiveUpSilentActors(TimePoint now);
+  Control::Actor PositionOf(const ActorRecord& actor, int rank, size_t* gaps_left) const;
   void KeepPolicy(int64_t version, std::span<const float> parameters);
   void SendControl(TimePoint now);
   void AnnounceIfDue(TimePoint now);
@@ -120,6 +134,8 @@ class Coordinator final : public Evaluator {
   EvaluationQueue evaluations_;
   int64_t allowed_ = 0;
   int64_t retired_accepted_ = 0;  // transitions of sessions that are gone
+  bool keeps_ = false;
+  TimePoint started_{};
   bool stopped_ = false;
   TimePoint stop_at_ = TimePoint::max();
   bool dirty_ = false;

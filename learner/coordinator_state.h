@@ -17,8 +17,14 @@ struct CoordinatorCounters {
   int64_t refused = 0;  ///< frames and segments that failed a check
   double policy_lag_sum = 0;
   int64_t policy_lag_count = 0;
+  int64_t recovered = 0;  ///< accepted though made under an earlier incarnation of the learner
   int num_actors = 0;
   bool disturbed = false;
+  // Of the actors' streams, those that are gone included.
+  int64_t messages_sent = 0;
+  int64_t messages_resent = 0;
+  double credit_wait_s = 0;     ///< time in which actors had nothing to do, all together
+  double stream_latency_s = 0;  ///< mean over the actors: from sending a message to the frame that acknowledges it
 };
 
 /// A policy as it was at some point of the run.
@@ -37,6 +43,18 @@ struct VehicleState {
   int32_t diverged = -1;     ///< newest episode reported as ended by a non-finite state, which sends no last segment
   int64_t steps = 0;         ///< transitions accepted since the run's start
   Bytes environment;         ///< Rollout::SaveVehicle after `steps` transitions; empty: a new episode begins
+  int32_t owner = -1;        ///< actor id; −1: nobody
+};
+
+/// ASYNC: an actor's session, which goes on with the next learner if both live.
+struct SessionState {
+  int32_t actor_id = 0;
+  int64_t session = 0;
+  int32_t generation = 0;
+  int64_t assignment = 0;
+  int64_t received = 0;  ///< position of its stream
+  int64_t accepted = 0;  ///< transitions
+  int64_t credit = 0;
 };
 
 /// A LOCKSTEP round that is granted and not complete.
@@ -53,6 +71,7 @@ struct CoordinatorState {
   std::vector<VehicleState> vehicles;
   int64_t rounds = 0;               ///< taken so far
   std::vector<RoundState> granted;  ///< open ones, oldest first
+  std::vector<SessionState> sessions;
 };
 
 }  // namespace cairn::learner

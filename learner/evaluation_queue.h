@@ -28,6 +28,9 @@ struct EvaluationReport {
 /// once, whoever sends it and however often. Plain bookkeeping; the Coordinator locks around it.
 class EvaluationQueue {
  public:
+  /// Ids of a learner's evaluations differ from those of the learner before it.
+  explicit EvaluationQueue(int64_t incarnation = 1) : next_id_(((incarnation - 1) % 1024 << 20) + 1) {}
+
   void Add(const EvaluationRequest& request);
 
   /// Takes a result of the running evaluation; ignores one that is foreign, late or known.
@@ -60,7 +63,7 @@ class EvaluationQueue {
 
   std::deque<Pending> pending_;
   std::vector<EvaluationReport> reports_;
-  int64_t next_id_ = 1;
+  int64_t next_id_;
 };
 
 }  // namespace cairn::learner

@@ -37,11 +37,30 @@ Fleet::Fleet(int num_actors, int num_vehicles, uint64_t experiment_hash, int obs
       git_revision_(std::move(git_revision)),
       vehicles_(static_cast<size_t>(num_vehicles)) {}
 
+// Vehicles of a session that may still live go on with it; others begin a new episode, unless they have a state.
 void Fleet::Restore(const CoordinatorState& state) {
   CAIRN_CHECK(actors_.empty() && state.vehicles.size() == vehicles_.size());
+  for (const SessionState& session : state.sessions) {
+    ActorRecord record;
+    record.actor_id = session.actor_id;
+    record.session = session.session;
+    record.generation = session.generation;
+    record.assignment = session.assignment;
+    record.joined = false;
+    record.stream = ReliableReceiver<Experience>(session.received);
+    record.durable = session.received;
+    record.accepted = session.accepted;
+    record.credit = session.credit;
+    assignment_ = std::max(assignment_, session.assignment);
+    actors_[session.actor_id] = std::move(record);
+  }
   for (size_t v = 0; v < vehicles_.size(); ++v) {
-    static_cast<VehicleState&>(vehicles_[v]) = state.vehicles[v];
-    vehicles_[v].open = vehicles_[v].open && !vehicles_[v].environment.empty();
+    VehicleRecord& vehicle = vehicles_[v];
+    static_cast<VehicleState&>(vehicle) = state.vehicles[v];
+    if (!actors_.contains(vehicle.owner)) {
+      vehicle.owner = -1;
+      EndOpenEpisode(&vehicle);
+    }
   }
   disturbed_ = state.counters.disturbed;
 }
@@ -61,30 +80,38 @@ std::string Fleet::Differences(const Hello& hello) const {
                    fmt::format("{:016x}", experiment_hash_), &text);
   AppendDifference("observation_size", std::to_string(hello.observation_size), std::to_string(observation_size_),
                    &text);
-  if (hello.actor_id >= num_actors_) {
-    AppendDifference("actor_id", std::to_string(hello.actor_id), fmt::format("0 to {}", num_actors_ - 1), &text);
-  }
   return text;
 }
 
-Welcome Fleet::Join(const Hello& hello, TimePoint now) {
+Welcome Fleet::Refuse(const Hello& hello, Welcome::Status status, std::string reason) const {
   Welcome refusal;
   refusal.incarnation = incarnation_;
   refusal.session = hello.session;
-  refusal.reason = Differences(hello);
-  if (!refusal.reason.empty()) {
-    refusal.status = Welcome::Status::kRefused;
-    return refusal;
-  }
+  refusal.status = status;
+  refusal.reason = std::move(reason);
+  return refusal;
+}
+
+Welcome Fleet::Join(const Hello& hello, TimePoint now) {
+  const std::string differences = Differences(hello);
+  if (!differences.empty()) return Refuse(hello, Welcome::Status::kRefused, differences);
   const auto holder = actors_.find(hello.actor_id);
   if (holder != actors_.end()) {
-    const ActorRecord& record = holder->second;
-    if (record.session == hello.session) return Assignment(record);
-    if (hello.generation <= record.generation && now - record.last_heard < kHolderAlive) {
-      refusal.status = Welcome::Status::kIdTaken;
-      refusal.reason = fmt::format("actor id {} is held by a living process", hello.actor_id);
-      return refusal;
+    ActorRecord& record = holder->second;
+    if (record.session == hello.session) {
+      if (!record.joined) log::Info("actor {} goes on at {} transitions", record.actor_id, record.accepted);
+      record.joined = true;
+      record.last_heard = now;
+      record.credit = std::max(record.credit, hello.transitions);
+      return Assignment(record);
     }
+    if (record.joined && hello.generation <= record.generation && now - record.last_heard < kHolderAlive) {
+      return Refuse(hello, Welcome::Status::kIdTaken,
+                    fmt::format("actor id {} is held by a living process", hello.actor_id));
+    }
+  }
+  if (hello.transitions > 0) {
+    return Refuse(hello, Welcome::Status::kUnknown, "the learner does not know what this session has made");
   }
   disturbed_ = disturbed_ || started_;
   ActorRecord record;
@@ -93,7 +120,7 @@ Welcome Fleet::Join(const Hello& hello, TimePoint now) {
   record.generation = hello.generation;
   record.last_heard = now;
   record.assignment = ++assignment_;
-  actors_[hello.actor_id] = record;
+  ActorRecord& joined = actors_[hello.actor_id] = std::move(record);
   for (size_t v = 0; v < vehicles_.size(); ++v) {
     VehicleRecord& vehicle = vehicles_[v];
     if (vehicle.owner == -1 && HomeActor(static_cast<int>(v)) == hello.actor_id) vehicle.owner = hello.actor_id;
@@ -101,12 +128,13 @@ Welcome Fleet::Join(const Hello& hello, TimePoint now) {
   }
   log::Info("actor {} joined: session {:016x}, generation {}, {}", hello.actor_id, hello.session, hello.generation,
             hello.isa);
-  return Assignment(record);
+  return Assignment(joined);
 }
 
 ActorRecord* Fleet::Find(int64_t session) {
-  const auto it = std::find_if(actors_.begin(), actors_.end(),
-                               [session](const auto& entry) { return entry.second.session == session; });
+  const auto it = std::find_if(actors_.begin(), actors_.end(), [session](const auto& entry) {
+    return entry.second.joined && entry.second.session == session;
+  });
   return it == actors_.end() ? nullptr : &it->second;
 }
 
@@ -115,8 +143,9 @@ Welcome Fleet::Assignment(const ActorRecord& actor) const {
   welcome.incarnation = incarnation_;
   welcome.session = actor.session;
   welcome.assignment = actor.assignment;
+  welcome.received = actor.stream.received();
   for (size_t v = 0; v < vehicles_.size(); ++v) {
-    if (vehicles_[v].owner != actor.actor_id) continue;
+    if (vehicles_[v].owner != actor.actor_id || vehicles_[v].heir != -1) continue;
     welcome.vehicle.push_back(static_cast<int32_t>(v));
     welcome.next_episode.push_back(vehicles_[v].next_episode);
     welcome.steps_done.push_back(vehicles_[v].steps);
@@ -159,26 +188,115 @@ void Fleet::CloseDiverged(const ActorRecord& actor, const EpisodeResult& episode
   if (vehicle.owner == actor.actor_id) vehicle.diverged = episode.episode;
 }
 
-std::vector<int64_t> Fleet::Reassign(int32_t actor_id) {
-  std::vector<ActorRecord*> others;
+int Fleet::num_joined() const {
+  return static_cast<int>(
+      std::count_if(actors_.begin(), actors_.end(), [](const auto& entry) { return entry.second.joined; }));
+}
+
+// Vehicles that an actor has or shall have.
+int Fleet::Load(int32_t actor_id) const {
+  return static_cast<int>(std::count_if(vehicles_.begin(), vehicles_.end(), [actor_id](const VehicleRecord& v) {
+    return (v.heir == -1 ? v.owner : v.heir) == actor_id;
+  }));
+}
+
+ActorRecord* Fleet::LeastLoaded(int32_t except) {
+  ActorRecord* least = nullptr;
   for (auto& [id, record] : actors_) {
-    if (id != actor_id) others.push_back(&record);
+    if (id == except || !record.joined || record.leaving) continue;
+    if (least == nullptr || Load(id) < Load(least->actor_id)) least = &record;
   }
+  return least;
+}
+
+void Fleet::Renumber(ActorRecord* actor, std::vector<int64_t>* changed) {
+  if (std::find(changed->begin(), changed->end(), actor->session) != changed->end()) return;
+  actor->assignment = ++assignment_;
+  changed->push_back(actor->session);
+}
+
+void Fleet::Give(VehicleRecord* vehicle, ActorRecord* actor, std::vector<int64_t>* changed) {
+  vehicle->owner = actor->actor_id;
+  vehicle->heir = -1;
+  EndOpenEpisode(vehicle);
+  Renumber(actor, changed);
+}
+
+std::vector<int64_t> Fleet::Start() {
+  started_ = true;
+  std::erase_if(actors_, [](const auto& entry) { return !entry.second.joined; });
   std::vector<int64_t> changed;
-  if (others.empty()) return changed;
-  actors_.erase(actor_id);
-  disturbed_ = true;
-  size_t next = 0;
   for (VehicleRecord& vehicle : vehicles_) {
-    if (vehicle.owner != actor_id) continue;
-    vehicle.owner = others[next++ % others.size()]->actor_id;
-    EndOpenEpisode(&vehicle);
-  }
-  for (ActorRecord* record : others) {
-    record->assignment = ++assignment_;
-    changed.push_back(record->session);
+    if (actors_.contains(vehicle.owner)) continue;
+    vehicle.owner = -1;
+    Give(&vehicle, LeastLoaded(-1), &changed);
   }
   return changed;
+}
+
+std::vector<int64_t> Fleet::Share(int32_t actor_id) {
+  std::vector<int64_t> changed;
+  const int fair = static_cast<int>(vehicles_.size()) / std::max(1, num_joined());
+  for (int load = Load(actor_id); load < fair; ++load) {
+    auto most = actors_.end();
+    for (auto it = actors_.begin(); it != actors_.end(); ++it) {
+      if (it->first != actor_id && (most == actors_.end() || Load(it->first) > Load(most->first))) most = it;
+    }
+    if (most == actors_.end() || Load(most->first) <= load + 1) break;
+    const int32_t giver = most->first;
+    const auto vehicle = std::find_if(vehicles_.rbegin(), vehicles_.rend(),
+                                      [giver](const VehicleRecord& v) { return v.owner == giver && v.heir == -1; });
+    if (vehicle == vehicles_.rend()) break;
+    vehicle->heir = actor_id;
+    Renumber(&most->second, &changed);
+  }
+  return changed;
+}
+
+std::vector<int64_t> Fleet::Leave(int32_t actor_id) {
+  std::vector<int64_t> changed;
+  ActorRecord& leaver = actors_.at(actor_id);
+  leaver.leaving = true;
+  for (VehicleRecord& vehicle : vehicles_) {
+    if (vehicle.owner != actor_id || vehicle.heir != -1) continue;
+    const ActorRecord* heir = LeastLoaded(actor_id);
+    if (heir == nullptr) break;
+    vehicle.heir = heir->actor_id;
+    disturbed_ = true;
+    Renumber(&leaver, &changed);
+  }
+  return changed;
+}
+
+std::vector<int64_t> Fleet::Settle() {
+  std::vector<int64_t> changed;
+  for (VehicleRecord& vehicle : vehicles_) {
+    if (vehicle.heir == -1) continue;
+    const auto owner = actors_.find(vehicle.owner);
+    if (owner != actors_.end() && !owner->second.settled()) continue;
+    const auto heir = actors_.find(vehicle.heir);
+    const bool fit = heir != actors_.end() && heir->second.joined && !heir->second.leaving;
+    ActorRecord* next = fit ? &heir->second : LeastLoaded(-1);
+    if (next != nullptr) Give(&vehicle, next, &changed);
+  }
+  return changed;
+}
+
+std::vector<int64_t> Fleet::Reassign(int32_t actor_id) {
+  std::vector<int64_t> changed;
+  if (LeastLoaded(actor_id) == nullptr) return changed;
+  actors_.erase(actor_id);
+  disturbed_ = true;
+  for (VehicleRecord& vehicle : vehicles_) {
+    if (vehicle.owner == actor_id) Give(&vehicle, LeastLoaded(actor_id), &changed);
+  }
+  return changed;
+}
+
+bool Fleet::Gone(const ActorRecord& actor) const {
+  return actor.leaving && actor.settled() &&
+         std::none_of(vehicles_.begin(), vehicles_.end(),
+                      [&actor](const VehicleRecord& v) { return v.owner == actor.actor_id; });
 }
 
 }  // namespace cairn::learner

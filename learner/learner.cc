@@ -24,6 +24,12 @@ constexpr auto kStopTime = milliseconds(1200);   // in which a stopped run may s
 
 std::string CheckpointDirectory(const std::string& run_dir) { return run_dir + "/checkpoints"; }
 
+std::unique_ptr<ProgressFile> OpenProgress(const std::string& run_dir) {
+  if (run_dir.empty()) return nullptr;
+  std::filesystem::create_directories(CheckpointDirectory(run_dir));
+  return std::make_unique<ProgressFile>(CheckpointDirectory(run_dir) + "/progress");
+}
+
 }  // namespace
 
 Learner::Learner(Bus* bus, const Experiment& experiment, const LearnerOptions& options)
@@ -31,7 +37,9 @@ Learner::Learner(Bus* bus, const Experiment& experiment, const LearnerOptions& o
       experiment_(experiment),
       options_(options),
       shape_(MakePolicyShape(experiment)),
-      coordinator_(bus, experiment, options.experiment_hash, options.num_actors),
+      progress_(OpenProgress(options.run_dir)),
+      coordinator_(bus, experiment, options.experiment_hash, options.num_actors,
+                   progress_ ? progress_->incarnation() : 1),
       replay_(experiment.learner.buffer_size, shape_.observation_size, shape_.action_size, experiment.learner.n_steps,
               experiment.learner.gamma),
       algorithm_(MakeAlgorithm(experiment.learner, shape_, experiment.seed)),
@@ -42,7 +50,7 @@ Learner::Learner(Bus* bus, const Experiment& experiment, const LearnerOptions& o
             report_.OnEvaluation(report, summary);
           }),
       collapse_guard_(experiment, &evaluation_, algorithm_.get()),
-      audit_("learner") {}
+      audit_(fmt::format("learner-{:02}", progress_ ? progress_->incarnation() : 1)) {}
 
 void Learner::Run() {
   Prepare();
@@ -69,19 +77,18 @@ void Learner::RequestStop() {
 }
 
 void Learner::Prepare() {
-  if (!options_.run_dir.empty()) {
-    std::filesystem::create_directories(CheckpointDirectory(options_.run_dir));
-    progress_ = std::make_unique<ProgressFile>(CheckpointDirectory(options_.run_dir) + "/progress");
-  }
-  if (options_.resume) {
+  if (options_.resume && !ListCheckpoints(CheckpointDirectory(options_.run_dir)).empty()) {
     Restore();
   } else {
     report_.Open();
+    lost_with_learner_ = progress_ ? progress_->env_steps_before() : 0;
+    rolled_back_ = lost_with_learner_ + (progress_ ? progress_->rolled_back_before() : 0);
     if (!experiment_.learner.init_from.empty()) InitFrom(experiment_.learner.init_from);
   }
   if (!options_.run_dir.empty()) {
     checkpointer_ =
         std::make_unique<Checkpointer>(CheckpointDirectory(options_.run_dir), experiment_.learner.checkpoints_kept);
+    if (experiment_.schedule == Schedule::kAsync) coordinator_.KeepUntilDurable();
   }
   last_checkpoint_ = Clock::now();
 }
@@ -97,8 +104,8 @@ void Learner::Restore() {
   env_steps_ = state.env_steps;
   updates_ = state.updates;
   granted_ = state.granted;
-  const int64_t lost = std::max<int64_t>(0, progress_->Read() - env_steps_);
-  rolled_back_ = state.transitions_rolled_back + lost;
+  lost_with_learner_ = std::max<int64_t>(0, progress_->env_steps_before() - env_steps_);
+  rolled_back_ = std::max(state.transitions_rolled_back, progress_->rolled_back_before()) + lost_with_learner_;
   coordinator_.Restore(state.coordinator, env_steps_);
   // Vehicles that made an extra step at the old end must be caught up with.
   if (!coordinator_.rounds_level() && experiment_.total_env_steps < env_steps_ + experiment_.num_vehicles) {
@@ -106,7 +113,8 @@ void Learner::Restore() {
                     experiment_.total_env_steps, env_steps_, experiment_.num_vehicles);
   }
   report_.Open(state.wall_s, state.episode_log_bytes);
-  log::Info("resumed at {} env steps, {} updates; {} transitions rolled back", env_steps_, updates_, lost);
+  log::Info("resumed at {} env steps, {} updates; {} transitions rolled back", env_steps_, updates_,
+            lost_with_learner_);
   resumed_ = std::move(state);
 }
 
@@ -147,7 +155,7 @@ void Learner::RestoreEvaluation() {
 void Learner::RunLockstep() {
   StartRounds();
   while (env_steps_ < experiment_.total_env_steps) {
-    const std::optional<Harvest> round = coordinator_.WaitRound();
+    std::optional<Harvest> round = coordinator_.WaitRound();
     if (!round) return;
     Insert(*round);
     Train(kNoLimit);
@@ -155,7 +163,7 @@ void Learner::RunLockstep() {
     collapse_guard_.Visit(env_steps_, updates_);
     if (!round->vehicles.empty()) {
       saving_ = false;
-      SaveCheckpoint(*round);
+      SaveRound(&*round);
       if (stop_requested_) return coordinator_.Stop();
     }
     GrantNextRound();
@@ -204,6 +212,7 @@ void Learner::RunAsync() {
       Publish();
       published = Clock::now();
       collapse_guard_.Visit(env_steps_, updates_);
+      NoteDurable();
       if (CheckpointDue()) SettleAndSave();
       report_.Visit(Counters("training"), algorithm_.get());
     }
@@ -211,17 +220,20 @@ void Learner::RunAsync() {
   Train(kNoLimit);
   Publish();
   collapse_guard_.Visit(env_steps_, updates_);
-  SaveCheckpoint({});
+  SettleAndSave();
 }
 
 // ASYNC: makes the updates that are due before it saves, so that a run that goes on has none to catch up with in a
 // burst.
 void Learner::SettleAndSave() {
   if (!checkpointer_) return;
+  Harvest rest;
+  CoordinatorState coordinator = coordinator_.State(&rest);
+  Insert(rest);
   const TimePoint start = Clock::now();
   while (Train(kAsyncUpdatesPerTurn) > 0 && Clock::now() - start < kSettleTime) {
   }
-  SaveCheckpoint({});
+  Save(std::move(coordinator));
 }
 
 bool Learner::CheckpointDue() const {
@@ -229,31 +241,45 @@ bool Learner::CheckpointDue() const {
          SecondsSince(last_checkpoint_) >= experiment_.learner.checkpoint_interval_s;
 }
 
-// In LOCKSTEP `harvest` has the vehicles' states, unless an actor died in the round; then the next one is tried.
-void Learner::SaveCheckpoint(const Harvest& harvest) {
+// LOCKSTEP: the round has the vehicles' states, unless an actor died in it; then the next one is tried.
+void Learner::SaveRound(Harvest* round) {
   if (!checkpointer_) return;
-  const bool lockstep = experiment_.schedule == Schedule::kLockstep;
-  const bool whole = std::all_of(harvest.vehicles.begin(), harvest.vehicles.end(),
+  const bool whole = std::all_of(round->vehicles.begin(), round->vehicles.end(),
                                  [](const VehicleState& v) { return !v.environment.empty(); });
-  if (lockstep && !whole) return log::Warning("no checkpoint at {} env steps: states are missing", env_steps_);
+  if (!whole) return log::Warning("no checkpoint at {} env steps: states are missing", env_steps_);
+  Save(coordinator_.State(round));
+}
+
+void Learner::Save(CoordinatorState coordinator) {
+  audit_.Flush();
   checkpointer_->Wait();
+  NoteDurable();
   last_checkpoint_ = Clock::now();
-  checkpointer_->Write(State(harvest), &replay_);
+  undurable_[env_steps_] = coordinator.sessions;
+  checkpointer_->Write(State(std::move(coordinator)), &replay_);
   log::Info("checkpoint at {} env steps handed over in {:.2f} ms", env_steps_, 1e3 * SecondsSince(last_checkpoint_));
 }
 
-RunState Learner::State(const Harvest& harvest) {
+// Tells the actors what has reached the disk meanwhile.
+void Learner::NoteDurable() {
+  if (!checkpointer_ || undurable_.empty() || checkpointer_->busy()) return;
+  const auto written = undurable_.find(checkpointer_->status().env_steps);
+  if (written != undurable_.end()) coordinator_.SetDurable(written->second);
+  undurable_.clear();
+}
+
+RunState Learner::State(CoordinatorState coordinator) {
   RunState state;
   state.fields = ResumeFields(experiment_);
   state.git_revision = GitRevision();
   state.env_steps = env_steps_;
   state.updates = updates_;
   state.granted = granted_;
-  state.transitions_rolled_back = rolled_back_;
+  state.transitions_rolled_back = RolledBack();
   state.wall_s = report_.wall_s();
   state.episode_log_bytes = report_.FlushEpisodes();
   state.algorithm = algorithm_->Save();
-  state.coordinator = coordinator_.State(harvest);
+  state.coordinator = std::move(coordinator);
   state.evaluation = evaluation_.State();
   state.candidates = collapse_guard_.candidates();
   state.policies.emplace_back("last.policy", ToFile(Snapshot()));
@@ -284,7 +310,7 @@ void Learner::Insert(const Harvest& harvest) {
     audit_.Add(segment, shape_.observation_size, shape_.action_size);
   }
   report_.OnEpisodes(harvest.episodes, env_steps_);
-  if (progress_) progress_->Write(env_steps_);
+  if (progress_) progress_->Write(env_steps_, RolledBack());
 }
 
 int64_t Learner::UpdatesDue() const {
@@ -299,6 +325,11 @@ int64_t Learner::Train(int64_t limit) {
   algorithm_->Update(replay_, static_cast<int>(count), run_share());
   updates_ += count;
   return count;
+}
+
+// What living actors had kept and sent again is not lost after all.
+int64_t Learner::RolledBack() const {
+  return rolled_back_ - std::min(lost_with_learner_, coordinator_.counters().recovered);
 }
 
 void Learner::Publish() { coordinator_.PublishPolicy(updates_, algorithm_->policy_parameters()); }
@@ -327,7 +358,7 @@ std::string Learner::TrySave(const PolicySnapshot& snapshot, const std::string& 
 RunCounters Learner::Counters(const char* phase) {
   RunCounters counters;
   counters.phase = phase;
-  counters.rolled_back = rolled_back_;
+  counters.rolled_back = RolledBack();
   counters.warning = collapse_guard_.warning();
   if (checkpointer_ && !checkpointer_->status().error.empty()) counters.warning = checkpointer_->status().error;
   counters.env_steps = env_steps_;

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,7 +25,7 @@ namespace cairn::learner {
 
 struct LearnerOptions {
   std::string run_dir;    ///< empty: nothing is written
-  bool resume = false;    ///< go on from the newest checkpoint there
+  bool resume = false;    ///< go on from the newest checkpoint there, if there is one
   int num_actors = 1;     ///< to wait for at the start
   int64_t launch_us = 0;  ///< MonotonicUs() when the user started the run
   uint64_t experiment_hash = 0;
@@ -60,12 +61,15 @@ class Learner {
   /// Makes the updates that the env steps so far pay for, at most `limit`; returns how many it made.
   int64_t Train(int64_t limit);
   int64_t UpdatesDue() const;
+  int64_t RolledBack() const;
   void Publish();
   void FinishRun();
   void SettleAndSave();
   bool CheckpointDue() const;
-  void SaveCheckpoint(const Harvest& harvest);
-  RunState State(const Harvest& harvest);
+  void SaveRound(Harvest* round);
+  RunState State(CoordinatorState coordinator);
+  void Save(CoordinatorState coordinator);
+  void NoteDurable();
   PolicyFile ToFile(const PolicySnapshot& snapshot) const;
   void WriteDiagnostic(const std::string& error);
   RunCounters Counters(const char* phase);
@@ -79,6 +83,7 @@ class Learner {
   const Experiment& experiment_;
   const LearnerOptions options_;
   const PolicyShape shape_;
+  std::unique_ptr<ProgressFile> progress_;  // before the coordinator, which is told the incarnation
   Coordinator coordinator_;
   ReplayBuffer replay_;
   std::unique_ptr<Algorithm> algorithm_;
@@ -89,12 +94,13 @@ class Learner {
   int64_t env_steps_ = 0;  // inserted
   int64_t granted_ = 0;    // LOCKSTEP: granted, inserted or not
   int64_t updates_ = 0;
-  int64_t rolled_back_ = 0;
-  std::unique_ptr<ProgressFile> progress_;
+  int64_t rolled_back_ = 0;        // by this and earlier learners, if no actor has kept it
+  int64_t lost_with_learner_ = 0;  // of these, made since the checkpoint that this learner began with
   std::unique_ptr<Checkpointer> checkpointer_;
   TimePoint last_checkpoint_{};
-  bool saving_ = false;              // LOCKSTEP: a round that gives the vehicles' states is open
-  std::optional<RunState> resumed_;  // until the run has taken it up
+  bool saving_ = false;                                     // LOCKSTEP: a round that gives the vehicles' states is open
+  std::map<int64_t, std::vector<SessionState>> undurable_;  // by env steps of checkpoints on their way to the disk
+  std::optional<RunState> resumed_;                         // until the run has taken it up
   std::atomic<bool> stop_requested_{false};
   std::atomic<bool> training_{false};
   bool completed_ = false;

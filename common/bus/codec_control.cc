@@ -55,9 +55,17 @@ Bytes Encode(const Control& m) {
   t.durable = Column<int64_t, Actor>(m.actors, [](const Actor& a) { return a.durable; });
   t.credit = Column<int64_t, Actor>(m.actors, [](const Actor& a) { return a.credit; });
   t.window = Column<int64_t, Actor>(m.actors, [](const Actor& a) { return a.window; });
-  t.echo_utime = Column<int64_t, Actor>(m.actors, [](const Actor& a) { return a.echo_utime; });
+  t.echo_us = Column<int64_t, Actor>(m.actors, [](const Actor& a) { return a.echo_us; });
   t.evaluation_first = Column<int32_t, Actor>(m.actors, [](const Actor& a) { return a.evaluation_first; });
   t.evaluation_count = Column<int32_t, Actor>(m.actors, [](const Actor& a) { return a.evaluation_count; });
+  for (size_t i = 0; i < m.actors.size(); ++i) {
+    for (const SequenceRange& gap : m.actors[i].gaps) {
+      t.gap_actor.push_back(static_cast<int32_t>(i));
+      t.gap_first.push_back(gap.first);
+      t.gap_last.push_back(gap.last);
+    }
+  }
+  t.num_gaps = static_cast<int32_t>(t.gap_actor.size());
   return EncodeType(t);
 }
 
@@ -68,6 +76,7 @@ std::optional<Control> Decode<Control>(ByteSpan bytes) {
   walker.Array(walker.Count(), 3 * 8 + 4 + 2);
   walker.Skip(2 * 8 + 1);
   walker.Array(walker.Count(), 3 * 4 + 6 * 8);
+  walker.Array(walker.Count(), 4 + 2 * 8);
   const auto t = DecodeType<cairn_lcm::control_t>(bytes, walker.Done());
   if (!t || t->phase < 0 || t->phase > 2 || !ValidSet(t->evaluation_set)) return std::nullopt;
   Control m;
@@ -95,9 +104,15 @@ std::optional<Control> Decode<Control>(ByteSpan bytes) {
   m.evaluation_set = StartSet{t->evaluation_set};
   m.actors.resize(static_cast<size_t>(t->num_actors));
   for (size_t i = 0; i < m.actors.size(); ++i) {
-    m.actors[i] = {t->actor_id[i], t->session[i],    t->received[i],         t->durable[i],         t->credit[i],
-                   t->window[i],   t->echo_utime[i], t->evaluation_first[i], t->evaluation_count[i]};
+    m.actors[i] = {t->actor_id[i], t->session[i], t->received[i],         t->durable[i],          t->credit[i],
+                   t->window[i],   t->echo_us[i], t->evaluation_first[i], t->evaluation_count[i], {}};
     if (m.actors[i].evaluation_first < 0 || m.actors[i].evaluation_count < 0) return std::nullopt;
+  }
+  for (size_t i = 0; i < t->gap_actor.size(); ++i) {
+    const auto actor = static_cast<size_t>(t->gap_actor[i]);
+    if (t->gap_actor[i] < 0 || actor >= m.actors.size()) return std::nullopt;
+    if (t->gap_first[i] < 1 || t->gap_last[i] < t->gap_first[i]) return std::nullopt;
+    m.actors[actor].gaps.push_back({t->gap_first[i], t->gap_last[i]});
   }
   return m;
 }

@@ -4,6 +4,7 @@
 #include "common/bus/codec.h"
 #include "common/bus/codec_type.h"
 #include "common/core/check.h"
+#include "common/core/clock.h"
 
 namespace cairn {
 
@@ -144,7 +145,8 @@ bool DecodeStates(const cairn_lcm::experience_t& t, Experience* m) {
 
 Bytes Encode(const Experience& m) {
   cairn_lcm::experience_t t;
-  t.utime = m.utime;
+  t.utime = WallUs();
+  t.send_us = m.send_us;
   t.session = m.session;
   t.sequence = m.sequence;
   t.policy_incarnation = m.policy_incarnation;
@@ -160,7 +162,7 @@ Bytes Encode(const Experience& m) {
 template <>
 std::optional<Experience> Decode<Experience>(ByteSpan bytes) {
   SizeWalker walker(bytes);
-  walker.Skip(8 + 4 * 8 + 3 * 4);
+  walker.Skip(8 + 5 * 8 + 3 * 4);
   const size_t segments = walker.Count();
   const size_t episodes = walker.Count();
   const size_t data = walker.Count();
@@ -175,7 +177,7 @@ std::optional<Experience> Decode<Experience>(ByteSpan bytes) {
   if (!t || t->observation_size < 1 || t->observation_size > kMaxFloatsPerStep) return std::nullopt;
   if (t->action_size < 1 || t->action_size > kMaxFloatsPerStep || t->sequence < 1) return std::nullopt;
   Experience m;
-  m.utime = t->utime;
+  m.send_us = t->send_us;
   m.session = t->session;
   m.sequence = t->sequence;
   m.policy_incarnation = t->policy_incarnation;

@@ -40,6 +40,8 @@ Bytes Encode(const Hello& m) {
   t.session = m.session;
   t.experiment_hash = Signed(m.experiment_hash);
   t.protocol = m.protocol;
+  t.incarnation = m.incarnation;
+  t.transitions = m.transitions;
   t.actor_id = m.actor_id;
   t.generation = m.generation;
   t.num_vehicles = m.num_vehicles;
@@ -52,13 +54,25 @@ Bytes Encode(const Hello& m) {
 template <>
 std::optional<Hello> Decode<Hello>(ByteSpan bytes) {
   SizeWalker walker(bytes);
-  walker.Skip(8 + 3 * 8 + 5 * 4);
+  walker.Skip(8 + 5 * 8 + 5 * 4);
   walker.String();
   walker.String();
   const auto t = DecodeType<cairn_lcm::hello_t>(bytes, walker.Done());
-  if (!t || t->actor_id < 0 || t->generation < 0 || t->num_vehicles < 0) return std::nullopt;
-  return Hello{t->session,      Unsigned(t->experiment_hash), t->protocol,     t->actor_id, t->generation,
-               t->num_vehicles, t->observation_size,          t->git_revision, t->isa};
+  if (!t || t->actor_id < 0 || t->actor_id > kMaxActorId || t->generation < 0 || t->num_vehicles < 0 ||
+      t->transitions < 0) {
+    return std::nullopt;
+  }
+  return Hello{t->session,
+               Unsigned(t->experiment_hash),
+               t->incarnation,
+               t->transitions,
+               t->protocol,
+               t->actor_id,
+               t->generation,
+               t->num_vehicles,
+               t->observation_size,
+               t->git_revision,
+               t->isa};
 }
 
 Bytes Encode(const Welcome& m) {
@@ -67,6 +81,7 @@ Bytes Encode(const Welcome& m) {
   t.incarnation = m.incarnation;
   t.session = m.session;
   t.assignment = m.assignment;
+  t.received = m.received;
   t.status = static_cast<int8_t>(m.status);
   t.num_vehicles = static_cast<int32_t>(m.vehicle.size());
   t.vehicle = m.vehicle;
@@ -80,13 +95,13 @@ Bytes Encode(const Welcome& m) {
 template <>
 std::optional<Welcome> Decode<Welcome>(ByteSpan bytes) {
   SizeWalker walker(bytes);
-  walker.Skip(8 + 4 * 8 + 1);
+  walker.Skip(8 + 5 * 8 + 1);
   walker.Array(walker.Count(), 3 * 4 + 8);
   walker.String();
   auto t = DecodeType<cairn_lcm::welcome_t>(bytes, walker.Done());
-  if (!t || t->status < 0 || t->status > 2) return std::nullopt;
-  return Welcome{t->incarnation, t->session,     t->assignment, Welcome::Status{t->status}, t->vehicle, t->next_episode,
-                 t->steps_done,  t->state_bytes, t->reason};
+  if (!t || t->status < 0 || t->status > 3 || t->received < 0) return std::nullopt;
+  return Welcome{t->incarnation, t->session,      t->assignment, t->received,    Welcome::Status{t->status},
+                 t->vehicle,     t->next_episode, t->steps_done, t->state_bytes, t->reason};
 }
 
 Bytes Encode(const AssignedState& m) {
@@ -124,18 +139,33 @@ Bytes Encode(const ActorStatus& m) {
   t.policy_version = m.policy_version;
   t.wanted_policy_version = m.wanted_policy_version;
   t.last_sequence = m.last_sequence;
+  t.sent = m.sent;
+  t.resent = m.resent;
+  t.wait_us = m.wait_us;
+  t.round_trip_us = m.round_trip_us;
   t.actor_id = m.actor_id;
+  t.leaving = m.leaving ? 1 : 0;
   return EncodeType(t);
 }
 
 template <>
 std::optional<ActorStatus> Decode<ActorStatus>(ByteSpan bytes) {
   SizeWalker walker(bytes);
-  walker.Skip(8 + 7 * 8 + 4);
+  walker.Skip(8 + 11 * 8 + 4 + 1);
   const auto t = DecodeType<cairn_lcm::actor_status_t>(bytes, walker.Done());
   if (!t) return std::nullopt;
-  return ActorStatus{t->session,       t->assignment, t->round, t->policy_version, t->wanted_policy_version,
-                     t->last_sequence, t->actor_id};
+  return ActorStatus{.session = t->session,
+                     .assignment = t->assignment,
+                     .round = t->round,
+                     .policy_version = t->policy_version,
+                     .wanted_policy_version = t->wanted_policy_version,
+                     .last_sequence = t->last_sequence,
+                     .sent = t->sent,
+                     .resent = t->resent,
+                     .wait_us = t->wait_us,
+                     .round_trip_us = t->round_trip_us,
+                     .actor_id = t->actor_id,
+                     .leaving = t->leaving != 0};
 }
 
 }  // namespace cairn

@@ -15,7 +15,9 @@ namespace cairn {
 // int64_t on the wire (LCM has no unsigned types).
 
 /// Version of the wire protocol; changes when a type or a rule of docs/messages.md does.
-constexpr int32_t kProtocolVersion = 2;
+constexpr int32_t kProtocolVersion = 3;
+
+constexpr int32_t kMaxActorId = 65535;
 
 struct Echo {
   int64_t nonce = 0;
@@ -25,6 +27,8 @@ struct Echo {
 struct Hello {
   int64_t session = 0;
   uint64_t experiment_hash = 0;
+  int64_t incarnation = 0;
+  int64_t transitions = 0;
   int32_t protocol = kProtocolVersion;
   int32_t actor_id = 0;
   int32_t generation = 0;
@@ -44,10 +48,11 @@ struct VehicleStatePiece {
 };
 
 struct Welcome {
-  enum class Status : int8_t { kAccepted = 0, kRefused = 1, kIdTaken = 2 };
+  enum class Status : int8_t { kAccepted = 0, kRefused = 1, kIdTaken = 2, kUnknown = 3 };
   int64_t incarnation = 0;
   int64_t session = 0;
   int64_t assignment = 0;
+  int64_t received = 0;
   Status status = Status::kAccepted;
   std::vector<int32_t> vehicle;
   std::vector<int32_t> next_episode;
@@ -70,11 +75,16 @@ struct ActorStatus {
   int64_t policy_version = -1;
   int64_t wanted_policy_version = -1;
   int64_t last_sequence = 0;
+  int64_t sent = 0;
+  int64_t resent = 0;
+  int64_t wait_us = 0;
+  int64_t round_trip_us = 0;
   int32_t actor_id = 0;
+  bool leaving = false;
 };
 
 struct Experience {
-  int64_t utime = 0;  ///< filled in by the codec's caller: send time, echoed in control for round-trip estimates
+  int64_t send_us = 0;  ///< stamped at each (re)send, echoed in control for round-trip estimates
   int64_t session = 0;
   int64_t sequence = 0;
   int64_t policy_incarnation = 0;
@@ -86,6 +96,12 @@ struct Experience {
   std::vector<VehicleStatePiece> states;
 };
 
+/// Sequence numbers first … last of a stream.
+struct SequenceRange {
+  int64_t first = 0;
+  int64_t last = 0;
+};
+
 struct Control {
   enum class Phase : int8_t { kStarting = 0, kRunning = 1, kFinished = 2 };
   struct Actor {
@@ -95,9 +111,10 @@ struct Control {
     int64_t durable = 0;
     int64_t credit = 0;
     int64_t window = 0;
-    int64_t echo_utime = 0;
+    int64_t echo_us = 0;
     int32_t evaluation_first = 0;
     int32_t evaluation_count = 0;
+    std::vector<SequenceRange> gaps;  ///< of its stream, ascending
   };
   struct Round {
     int64_t round = 0;

@@ -8,57 +8,81 @@
 namespace cairn {
 namespace {
 
-constexpr size_t kUtimeOffset = 8;  // behind the fingerprint
+constexpr size_t kSendUsOffset = 16;  // behind fingerprint and utime
 constexpr int kMaxBackOff = 5;
+constexpr double kLeastHoldUs = 1e3;     // before what is missing is sent again
+constexpr double kLeastTimeoutUs = 2e4;  // before a probe
 
-void StampUtime(int64_t utime, Bytes* message) {
+void StampSendUs(int64_t send_us, Bytes* message) {
   for (size_t i = 0; i < 8; ++i) {
-    (*message)[kUtimeOffset + i] = static_cast<uint8_t>(static_cast<uint64_t>(utime) >> (56 - 8 * i));
+    (*message)[kSendUsOffset + i] = static_cast<uint8_t>(static_cast<uint64_t>(send_us) >> (56 - 8 * i));
   }
 }
+
+int64_t Size(const Bytes& message) { return static_cast<int64_t>(message.size()); }
 
 }  // namespace
 
 void ReliableSender::Push(Bytes message, TimePoint now) {
-  CAIRN_CHECK(message.size() >= kUtimeOffset + 8);
-  buffered_bytes_ += static_cast<int64_t>(message.size());
-  ring_.push_back({std::move(message), now});
+  CAIRN_CHECK(message.size() >= kSendUsOffset + 8);
+  buffered_bytes_ += Size(message);
+  ring_.push_back({std::move(message)});
   Poll(now);
 }
 
-void ReliableSender::Acknowledge(int64_t received, int64_t window_bytes, int64_t echo_utime, TimePoint now) {
-  if (received > last_sequence()) return;
-  window_bytes_ = window_bytes;
-  if (echo_utime > last_echo_utime_) UpdateRoundTrip(echo_utime);
-  for (; base_ <= received; ++base_) {
-    const auto bytes = static_cast<int64_t>(ring_.front().message.size());
-    buffered_bytes_ -= bytes;
-    outstanding_bytes_ -= bytes;
-    ring_.pop_front();
-    --num_sent_;
+void ReliableSender::Acknowledge(const StreamPosition& position, TimePoint now) {
+  if (position.received >= next_) return;
+  window_bytes_ = position.window_bytes;
+  if (position.echo_us > last_echo_us_) UpdateRoundTrip(position.echo_us);
+  for (; received_ < position.received; ++received_) {
+    outstanding_bytes_ -= Size(entry(received_ + 1).message);
     tries_ = 0;
   }
+  DropKept(position.durable);
+  const Duration hold = RoundTrip(0, kLeastHoldUs);
+  for (const SequenceRange& gap : position.gaps) {
+    for (int64_t i = std::max(gap.first, received_ + 1); i <= gap.last && i < next_; ++i) {
+      if (now - entry(i).sent_at > hold) Send(&entry(i), now);
+    }
+  }
   Poll(now);
+}
+
+void ReliableSender::DropKept(int64_t durable) {
+  while (base_ <= received_ && (base_ <= durable || buffered_bytes_ > max_kept_bytes_)) {
+    buffered_bytes_ -= Size(ring_.front().message);
+    ring_.pop_front();
+    ++base_;
+  }
+}
+
+bool ReliableSender::Rewind(int64_t received, TimePoint now) {
+  if (received + 1 < base_ || received >= next_) return false;
+  received_ = received;
+  next_ = received + 1;
+  outstanding_bytes_ = 0;
+  tries_ = 0;
+  DropKept(received);
+  Poll(now);
+  return true;
 }
 
 void ReliableSender::Poll(TimePoint now) {
-  if (num_sent_ > 0 && now - ring_.front().sent_at > Timeout()) {
-    for (size_t i = 0; i < num_sent_; ++i) Send(&ring_[i], now);
+  if (received_ + 1 < next_ && now - entry(received_ + 1).sent_at > RoundTrip(tries_, kLeastTimeoutUs)) {
+    Send(&entry(received_ + 1), now);
     tries_ = std::min(tries_ + 1, kMaxBackOff);
   }
-  while (num_sent_ < ring_.size()) {
-    Entry& entry = ring_[num_sent_];
-    const auto bytes = static_cast<int64_t>(entry.message.size());
+  for (; next_ < next_sequence(); ++next_) {
+    Entry& next = entry(next_);
     // One message may always travel, or a window smaller than a message would hang the stream.
-    if (num_sent_ > 0 && outstanding_bytes_ + bytes > window_bytes_) break;
-    Send(&entry, now);
-    outstanding_bytes_ += bytes;
-    ++num_sent_;
+    if (next_ > received_ + 1 && outstanding_bytes_ + Size(next.message) > window_bytes_) break;
+    Send(&next, now);
+    outstanding_bytes_ += Size(next.message);
   }
 }
 
 void ReliableSender::Send(Entry* entry, TimePoint now) {
-  StampUtime(WallUs(), &entry->message);
+  StampSendUs(MonotonicUs(), &entry->message);
   publish_(entry->message);
   ++(entry->sent ? resent_ : sent_);
   entry->sent = true;
@@ -66,15 +90,15 @@ void ReliableSender::Send(Entry* entry, TimePoint now) {
 }
 
 // RFC 6298's estimator. The echo names the send it answers, so a resent message does not blur it.
-void ReliableSender::UpdateRoundTrip(int64_t echo_utime) {
-  last_echo_utime_ = echo_utime;
-  const auto rtt = static_cast<double>(std::clamp<int64_t>(WallUs() - echo_utime, 0, 1000000));
+void ReliableSender::UpdateRoundTrip(int64_t echo_us) {
+  last_echo_us_ = echo_us;
+  const auto rtt = static_cast<double>(std::clamp<int64_t>(MonotonicUs() - echo_us, 0, 1000000));
   rttvar_us_ += 0.25 * (std::abs(rtt - srtt_us_) - rttvar_us_);
   srtt_us_ += 0.125 * (rtt - srtt_us_);
 }
 
-Duration ReliableSender::Timeout() const {
-  const double us = std::clamp((srtt_us_ + 4 * rttvar_us_) * (1 << tries_), 20e3, 1e6);
+Duration ReliableSender::RoundTrip(int tries, double least_us) const {
+  const double us = std::clamp((srtt_us_ + 4 * rttvar_us_) * (1 << tries), least_us, 1e6);
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::micro>(us));
 }
 

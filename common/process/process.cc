@@ -71,7 +71,7 @@ void Process::OnStop(std::function<void()> stop) {
 
 void Process::RequestStop() {
   const std::lock_guard lock(mutex_);
-  if (!on_stop_) _exit(0);
+  if (!on_stop_) _exit(128 + SIGTERM);  // before the end of the run
   on_stop_();
 }
 

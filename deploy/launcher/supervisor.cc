@@ -108,28 +108,29 @@ void Supervisor::Reap() {
 
 void Supervisor::HandleExit(Slot* slot, int status) {
   const bool clean = WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  const bool refused = WIFEXITED(status) && WEXITSTATUS(status) == kUsageExitCode;
+  if (refused) return Fail(*slot, status, "refused its input");  // a new process would do the same
   switch (slot->process.role) {
     case Role::kMain:
+      if (WIFSIGNALED(status)) return Replace(slot, status);
       ended_ = true;
       if (!clean) Fail(*slot, status, "failed");
       return;
     case Role::kService:
-      return Fail(*slot, status, "ended before the run was over");
+      return Replace(slot, status);
     case Role::kWorker:
-      if (clean) {
-        slot->finished = true;
-      } else if (WIFEXITED(status) && WEXITSTATUS(status) == kUsageExitCode) {
-        Fail(*slot, status, "refused its input");  // a new process would do the same
-      } else {
-        Replace(slot, status);
-      }
+      if (!clean) return Replace(slot, status);
+      slot->finished = true;
       return;
   }
 }
 
 void Supervisor::Replace(Slot* slot, int status) {
   if (TooManyRestarts()) {
-    return Fail(*slot, status, fmt::format("failed after {} restarts within a minute", config_.max_restarts));
+    const std::string what = config_.max_restarts == 0
+                                 ? "failed"
+                                 : fmt::format("failed after {} restarts within a minute", config_.max_restarts);
+    return Fail(*slot, status, what);
   }
   restarts_.push_back(Clock::now());
   ++end_.restarts;

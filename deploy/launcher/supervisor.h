@@ -12,10 +12,11 @@
 
 namespace cairn::deploy {
 
-/// What the end of a process means.
+/// What the end of a process means. Whoever refuses its input (exit code 2) would do so again: that is the run's
+/// failure.
 enum class Role {
-  kService,  ///< needed as long as the run lasts: its end is the run's failure (planner)
-  kMain,     ///< its clean exit is the run's success, any other its failure (learner)
+  kService,  ///< needed as long as the run lasts, and replaced whenever it ends (planner)
+  kMain,     ///< its clean exit is the run's success, an error its failure; replaced when a signal killed it (learner)
   kWorker,   ///< replaced when it dies; done when it exits cleanly (actors)
 };
 
@@ -29,7 +30,7 @@ struct Supervised {
 
 struct SupervisorConfig {
   Duration kill_after = std::chrono::milliseconds(1500);  ///< from SIGTERM to SIGKILL when stopping, main process first
-  int max_restarts = 10;                                  ///< of all workers together within `restart_window`
+  int max_restarts = 10;                                  ///< of all processes together within `restart_window`
   Duration restart_window = std::chrono::minutes(1);
   std::function<void()> tick;  ///< called about every `tick_period` while running; may be empty
   Duration tick_period = std::chrono::milliseconds(200);

@@ -123,6 +123,7 @@ class Training {
     SupervisorConfig config;
     config.tick = [this] { UpdateStatus(); };
     config.note = [this](const std::string& line) { Say(line); };
+    config.max_restarts = options_.max_restarts;
     return config;
   }
 
@@ -158,6 +159,10 @@ class Training {
       const auto command = [this, kind, name, own](int generation) {
         ProcessOptions next = own;
         next.generation = generation;
+        if (kind == ProcessKind::kLearner && generation > 0) {
+          next.resume = true;
+          next.launch_utime_us = MonotonicUs();
+        }
         return MakeCommand(kind, name, next);
       };
       supervisor->Add({name, role, command});
@@ -179,7 +184,7 @@ class Training {
     if (end.exit_code == 2) throw UsageError(end.failure);
     if (end.exit_code != 0) throw Error(end.failure);
     std::string restarts;
-    if (end.restarts > 0) restarts = fmt::format(", {} actor restart{}", end.restarts, end.restarts > 1 ? "s" : "");
+    if (end.restarts > 0) restarts = fmt::format(", {} restart{}", end.restarts, end.restarts > 1 ? "s" : "");
     Say(fmt::format("done in {:.1f} s{}; run directory {}",
                     1e-6 * static_cast<double>(MonotonicUs() - options_.launch_utime_us), restarts, directory_.path()));
     return 0;

@@ -64,6 +64,17 @@ void Put(const VehicleState& vehicle, proto::Books::Vehicle* out) {
   out->set_diverged(vehicle.diverged);
   out->set_steps(vehicle.steps);
   out->set_state(ToText(vehicle.environment));
+  out->set_owner(vehicle.owner);
+}
+
+void Put(const SessionState& session, proto::Books::Session* out) {
+  out->set_actor_id(session.actor_id);
+  out->set_session(session.session);
+  out->set_generation(session.generation);
+  out->set_assignment(session.assignment);
+  out->set_received(session.received);
+  out->set_accepted(session.accepted);
+  out->set_credit(session.credit);
 }
 
 void Put(const EvaluationState& state, proto::Books::Evaluation* out) {
@@ -111,6 +122,7 @@ proto::Books MakeBooks(const RunState& state) {
     round->set_warm_up(granted.warm_up);
     Put(granted.policy, round->mutable_policy());
   }
+  for (const SessionState& session : state.coordinator.sessions) Put(session, books.add_session());
   Put(state.coordinator.counters, books.mutable_counters());
   Put(state.evaluation, books.mutable_evaluation());
   return books;
@@ -194,11 +206,15 @@ void GetBooks(const proto::Books& books, RunState* state) {
   state->episode_log_bytes = books.episode_log_bytes();
   state->coordinator.rounds = books.rounds();
   for (const proto::Books::Vehicle& v : books.vehicle()) {
-    state->coordinator.vehicles.push_back(
-        {v.next_episode(), v.episode(), v.next_step(), v.open(), v.diverged(), v.steps(), ToBytes(v.state())});
+    state->coordinator.vehicles.push_back({v.next_episode(), v.episode(), v.next_step(), v.open(), v.diverged(),
+                                           v.steps(), ToBytes(v.state()), v.owner()});
   }
   for (const proto::Books::Round& r : books.round()) {
     state->coordinator.granted.push_back({r.steps(), r.extra(), r.warm_up(), GetPolicy(r.policy())});
+  }
+  for (const proto::Books::Session& s : books.session()) {
+    state->coordinator.sessions.push_back(
+        {s.actor_id(), s.session(), s.generation(), s.assignment(), s.received(), s.accepted(), s.credit()});
   }
   state->coordinator.counters = GetCounters(books.counters());
   state->evaluation = GetEvaluation(books.evaluation());
@@ -251,11 +267,11 @@ std::string EncodeCheckpoint(const RunState& state) {
   proto::Checkpoint checkpoint;
   AddSection(kBooks, MakeBooks(state).SerializeAsString(), &checkpoint);
   AddSection(kReplay, MakeReplayIndex(state.replay).SerializeAsString(), &checkpoint);
-  for (const StateArray& array : state.algorithm) AddSection(array.name, ToText(array.data), &checkpoint);
   for (const auto& [version, arrays] : state.candidates) {
     const std::string prefix = kCandidate + std::to_string(version) + "/";
     for (const StateArray& array : arrays) AddSection(prefix + array.name, ToText(array.data), &checkpoint);
   }
+  for (const StateArray& array : state.algorithm) AddSection(array.name, ToText(array.data), &checkpoint);
   const std::string body = checkpoint.SerializeAsString();
   std::string bytes(kMagic, sizeof(kMagic));
   Append(kFormatVersion, &bytes);

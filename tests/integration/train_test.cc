@@ -218,7 +218,7 @@ TEST_F(TrainTest, AStoppedOrKilledLockstepRunGoesOnWithTheSameBits) {
   } cases[] = {{"stopped", "", SIGTERM, "1"}, {"killed", "cairn-learner", SIGKILL, "2"}, {"dead", "", SIGKILL, "2"}};
   for (const auto& c : cases) {
     {
-      Program train("cairn", ResumableRun(Dir(c.name), {"--actors", "1"}), log());
+      Program train("cairn", ResumableRun(Dir(c.name), {"--actors", "1", "--max-restarts", "0"}), log());
       ASSERT_TRUE(WaitForCheckpoint(Dir(c.name), train)) << ReadFile(log());
       kill(*c.process == 0 ? train.pid() : Descendants(train.pid(), c.process).at(0), c.signal);
       EXPECT_NE(train.Wait(), 0);

@@ -80,13 +80,6 @@ TEST(FleetTest, RefusesAnotherRevisionOrExperimentNamingTheFields) {
   EXPECT_EQ(fleet.Find(10), nullptr);
 }
 
-TEST(FleetTest, RefusesAnActorIdOutsideTheRun) {
-  Fleet fleet = MakeFleet(2);
-  const Welcome welcome = fleet.Join(MakeHello(2, 10), kNow);
-  EXPECT_EQ(welcome.status, Welcome::Status::kRefused);
-  EXPECT_THAT(welcome.reason, HasSubstr("actor_id is 2"));
-}
-
 TEST(FleetTest, RefusesASecondHolderOfALivingIdOnly) {
   Fleet fleet = MakeFleet();
   fleet.Join(MakeHello(0, 10), kNow);
@@ -162,7 +155,7 @@ TEST(FleetTest, AReplacementGoesOnWhereTheAcceptedPrefixEnds) {
   Fleet fleet = MakeFleet();
   fleet.Join(MakeHello(0, 10), kNow);
   fleet.Join(MakeHello(1, 20), kNow);
-  fleet.set_started();
+  fleet.Start();
   Take(&fleet, *fleet.Find(10), MakeSegment(1, 0, 0, 4));
   EXPECT_FALSE(fleet.disturbed());
   const Welcome welcome = fleet.Join(MakeHello(0, 11, 1), kNow);
@@ -180,6 +173,116 @@ TEST(FleetTest, ReassignGivesTheVehiclesOfALostActorToTheOthers) {
   EXPECT_THAT(fleet.Reassign(0), ElementsAre(20));
   EXPECT_THAT(fleet.Assignment(*fleet.Find(20)).vehicle, ElementsAre(0, 1, 2, 3, 4));
   EXPECT_TRUE(fleet.Reassign(1).empty()) << "nobody could take over";
+}
+
+// The actor has acted on its newest assignment and has nothing on the way.
+void Settle(Fleet* fleet, int64_t session) {
+  ActorRecord* actor = fleet->Find(session);
+  actor->status.assignment = actor->assignment;
+  actor->status.last_sequence = actor->stream.received();
+}
+
+TEST(FleetTest, WhoeverJoinsLaterGetsAFairShareOnceTheOwnersHaveLetGo) {
+  Fleet fleet = MakeFleet(2, 6);
+  fleet.Join(MakeHello(0, 10), kNow);
+  fleet.Join(MakeHello(1, 20), kNow);
+  EXPECT_TRUE(fleet.Start().empty());
+  EXPECT_TRUE(fleet.Join(MakeHello(7, 70), kNow).vehicle.empty()) << "any id may join";
+  EXPECT_THAT(fleet.Share(7), ::testing::UnorderedElementsAre(10, 20));
+  EXPECT_THAT(fleet.Assignment(*fleet.Find(10)).vehicle, ElementsAre(0, 1));
+  EXPECT_THAT(fleet.Assignment(*fleet.Find(20)).vehicle, ElementsAre(3, 4));
+  EXPECT_TRUE(fleet.Settle().empty()) << "they have not heard of it";
+  EXPECT_EQ(Take(&fleet, *fleet.Find(10), MakeSegment(2, 0, 0, 3)), Fleet::Verdict::kSound) << "made before";
+  Settle(&fleet, 10);
+  fleet.Find(10)->status.last_sequence = 5;
+  EXPECT_TRUE(fleet.Settle().empty()) << "something is still on the way";
+  Settle(&fleet, 10);
+  EXPECT_THAT(fleet.Settle(), ElementsAre(70));
+  const Welcome welcome = fleet.Assignment(*fleet.Find(70));
+  EXPECT_THAT(welcome.vehicle, ElementsAre(2));
+  EXPECT_THAT(welcome.next_episode, ElementsAre(1));
+  EXPECT_THAT(welcome.steps_done, ElementsAre(3));
+  Settle(&fleet, 20);
+  EXPECT_THAT(fleet.Settle(), ElementsAre(70));
+  EXPECT_THAT(fleet.Assignment(*fleet.Find(70)).vehicle, ElementsAre(2, 5));
+  EXPECT_EQ(Take(&fleet, *fleet.Find(70), MakeSegment(2, 1, 0, 1)), Fleet::Verdict::kSound);
+  EXPECT_EQ(Take(&fleet, *fleet.Find(10), MakeSegment(2, 0, 3, 1)), Fleet::Verdict::kForeign);
+}
+
+TEST(FleetTest, AnActorThatLeavesIsForgottenWhenOthersHaveItsVehicles) {
+  Fleet fleet = MakeFleet(2, 4);
+  fleet.Join(MakeHello(0, 10), kNow);
+  fleet.Join(MakeHello(1, 20), kNow);
+  fleet.Start();
+  EXPECT_THAT(fleet.Leave(0), ElementsAre(10));
+  EXPECT_TRUE(fleet.Leave(0).empty()) << "said again";
+  EXPECT_TRUE(fleet.Assignment(*fleet.Find(10)).vehicle.empty());
+  EXPECT_FALSE(fleet.Gone(*fleet.Find(10)));
+  Settle(&fleet, 10);
+  EXPECT_THAT(fleet.Settle(), ElementsAre(20));
+  EXPECT_TRUE(fleet.Gone(*fleet.Find(10)));
+  EXPECT_THAT(fleet.Assignment(*fleet.Find(20)).vehicle, ElementsAre(0, 1, 2, 3));
+  EXPECT_TRUE(fleet.Leave(1).empty()) << "nobody could take over";
+  Settle(&fleet, 20);
+  EXPECT_FALSE(fleet.Gone(*fleet.Find(20)));
+}
+
+TEST(FleetTest, AnHeirThatDiesBeforeItInheritsIsReplaced) {
+  Fleet fleet = MakeFleet(3, 3);
+  for (int i = 0; i < 3; ++i) fleet.Join(MakeHello(i, 10 + i), kNow);
+  fleet.Start();
+  fleet.Leave(0);
+  fleet.Reassign(1);
+  Settle(&fleet, 10);
+  fleet.Settle();
+  EXPECT_THAT(fleet.Assignment(*fleet.Find(12)).vehicle, ElementsAre(0, 1, 2));
+}
+
+CoordinatorState TwoSessions() {
+  CoordinatorState state;
+  state.vehicles.resize(4);
+  for (size_t v = 0; v < 4; ++v) state.vehicles[v] = {2, 1, 5, true, -1, 30, {}, static_cast<int32_t>(v / 2)};
+  state.sessions = {{0, 10, 0, 8, 100, 60, 70}, {1, 20, 0, 9, 200, 60, 70}};
+  return state;
+}
+
+TEST(FleetTest, ASessionOfTheCheckpointGoesOnWhereItWas) {
+  Fleet fleet = MakeFleet(2, 4);
+  fleet.Restore(TwoSessions());
+  EXPECT_EQ(fleet.Find(10), nullptr) << "not heard of yet";
+  Hello hello = MakeHello(0, 10);
+  hello.transitions = 75;
+  const Welcome welcome = fleet.Join(hello, kNow);
+  EXPECT_EQ(welcome.status, Welcome::Status::kAccepted);
+  EXPECT_EQ(welcome.received, 100);
+  EXPECT_EQ(welcome.assignment, 8);
+  EXPECT_THAT(welcome.vehicle, ElementsAre(0, 1));
+  EXPECT_EQ(fleet.Find(10)->credit, 75) << "what it has made counts";
+  EXPECT_EQ(Take(&fleet, *fleet.Find(10), MakeSegment(0, 1, 5, 2)), Fleet::Verdict::kSound) << "in mid-episode";
+  EXPECT_FALSE(fleet.complete());
+  // The other's process is a new one: its vehicles begin new episodes.
+  EXPECT_EQ(fleet.Join(MakeHello(1, 21, 1), kNow).received, 0);
+  EXPECT_TRUE(fleet.complete());
+  EXPECT_EQ(Take(&fleet, *fleet.Find(21), MakeSegment(2, 1, 5, 2)), Fleet::Verdict::kGap);
+  EXPECT_EQ(Take(&fleet, *fleet.Find(21), MakeSegment(2, 2, 0, 2)), Fleet::Verdict::kSound);
+}
+
+TEST(FleetTest, ASessionThatNobodyKnowsMustBeginAnew) {
+  Fleet fleet = MakeFleet(2, 4);
+  fleet.Restore(TwoSessions());
+  Hello hello = MakeHello(0, 99);
+  hello.transitions = 1;
+  EXPECT_EQ(fleet.Join(hello, kNow).status, Welcome::Status::kUnknown);
+  EXPECT_EQ(fleet.Join(MakeHello(0, 100), kNow).status, Welcome::Status::kAccepted);
+}
+
+TEST(FleetTest, VehiclesOfSessionsThatDidNotComeBackGoToThoseThatDid) {
+  Fleet fleet = MakeFleet(1, 4);
+  fleet.Restore(TwoSessions());
+  fleet.Join(MakeHello(0, 10), kNow);
+  EXPECT_THAT(fleet.Start(), ElementsAre(10));
+  EXPECT_THAT(fleet.Assignment(*fleet.Find(10)).vehicle, ElementsAre(0, 1, 2, 3));
+  EXPECT_EQ(fleet.actors().size(), 1u);
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ steps=12000
 train() {
   local run_dir=$1
   shift
-  "$bin/cairn" train "$source_dir/deploy/experiments/car_maze.textproto" --run-dir "$run_dir" --quiet --actors 1 \
+  "$bin/cairn" train "$source_dir/deploy/experiments/car_maze.textproto" --run-dir "$run_dir" --quiet --actors 1 --max-restarts 0 \
     --set vehicle.kind=PLANE_CAR --set total_env_steps=$steps --set learner.learning_starts=500 \
     --set learner.train_freq=10 --set evaluation.interval_env_steps=4000 --set evaluation.max_steps=60 \
     --set evaluation.test_starts=10 --set lockstep.round_steps=10 --set learner.checkpoint_interval_s=0.1 "$@"
@@ -78,9 +78,9 @@ trial() {
       fi
     fi
     before=0
-    if [[ -e $work/run/checkpoints/progress ]]; then before=$(tr -d ' \n' < "$work/run/checkpoints/progress"); fi
+    if [[ -e $work/run/checkpoints/progress ]]; then before=$(cut -d' ' -f1 < "$work/run/checkpoints/progress"); fi
     if [[ -e $work/run/experiment.textproto ]]; then
-      CAIRN_FAULT=$fault LD_PRELOAD=$shim "$bin/cairn" train --resume "$work/run" --quiet > "$work/run.log" 2>&1 &
+      CAIRN_FAULT=$fault LD_PRELOAD=$shim "$bin/cairn" train --resume "$work/run" --max-restarts 0 --quiet > "$work/run.log" 2>&1 &
     else
       CAIRN_FAULT=$fault LD_PRELOAD=$shim train "$work/run" > "$work/run.log" 2>&1 &
     fi

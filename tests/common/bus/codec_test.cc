@@ -11,7 +11,7 @@ namespace {
 
 Experience MakeExperience() {
   Experience m;
-  m.utime = 5;
+  m.send_us = 5;
   m.session = 77;
   m.sequence = 3;
   m.policy_incarnation = 99;
@@ -56,7 +56,7 @@ Control MakeControl() {
   m.policy_version = 5;
   m.evaluation_id = 6;
   m.evaluation_set = StartSet::kValidation;
-  m.actors = {{0, 10, 11, 12, 13, 14, 15, 16, 17}, {1, 20, 21, 22, 23, 24, 25, 26, 27}};
+  m.actors = {{0, 10, 11, 12, 13, 14, 15, 16, 17, {}}, {1, 20, 21, 22, 23, 24, 25, 26, 27, {{22, 22}, {24, 30}}}};
   return m;
 }
 
@@ -116,6 +116,10 @@ TEST(CodecTest, ControlRoundTrips) {
   ASSERT_EQ(got->actors.size(), 2u);
   EXPECT_EQ(got->actors[1].session, 20);
   EXPECT_EQ(got->actors[1].evaluation_count, 27);
+  EXPECT_TRUE(got->actors[0].gaps.empty());
+  ASSERT_EQ(got->actors[1].gaps.size(), 2u);
+  EXPECT_EQ(got->actors[1].gaps[1].first, 24);
+  EXPECT_EQ(got->actors[1].gaps[1].last, 30);
   EXPECT_EQ(got->evaluation_set, StartSet::kValidation);
 }
 
@@ -207,7 +211,7 @@ TEST(CodecTest, RandomBytesAreRefused) {
 TEST(CodecTest, RefusesSegmentsWhoseStepsDoNotMatchTheData) {
   Bytes bytes = Encode(MakeExperience());
   // num_steps[0] stands behind fingerprint, header and three int32 columns of two segments each.
-  const size_t at = 8 + 4 * 8 + 8 * 4 + 3 * 2 * 4 + 3;
+  const size_t at = 8 + 5 * 8 + 8 * 4 + 3 * 2 * 4 + 3;
   ASSERT_EQ(bytes[at], 2);
   bytes[at] = 3;
   EXPECT_FALSE(Decode<Experience>(bytes));

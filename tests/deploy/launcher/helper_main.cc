@@ -91,6 +91,7 @@ int main(int argc, char** argv) {
   if (mode == "fds") PrintDescriptors();
   if (mode == "group") std::printf("leads its group: %d\n", getpgrp() == getpid());
   if (mode == "count") return CountStarts(argv[2], std::atoi(argv[3]));
+  if (mode == "die" && CountStarts(argv[2], std::atoi(argv[3])) != 0) raise(SIGKILL);
   if (mode == "parent") return WaitForParent(std::atoi(argv[2]), argv[3]);
   if (mode == "supervise") return Supervise(argv[0], argv[2]);
   if (mode == "stubborn") std::signal(SIGTERM, SIG_IGN);

@@ -94,13 +94,35 @@ TEST_F(SupervisorTest, DeathOfTheMainProcessIsOneLineWithItsLastError) {
   EXPECT_EQ(end.failure, "learner failed (exit code 1): loss is not finite; see " + (directory_ / "learner.log"));
 }
 
-TEST_F(SupervisorTest, EndOfAServiceBeforeTheRunsEndFails) {
+TEST_F(SupervisorTest, AMainProcessThatASignalKilledIsReplaced) {
+  Make();
+  Add("learner", Role::kMain, {"die", directory_ / "starts", "3"});
+  const RunEnd end = supervisor_->Run();
+  EXPECT_EQ(end.exit_code, 0) << end.failure;
+  EXPECT_EQ(end.restarts, 2);
+  ASSERT_EQ(notes_.size(), 2u);
+  EXPECT_EQ(notes_[0], "learner ended (killed by SIGKILL); starting it again, generation 1");
+}
+
+TEST_F(SupervisorTest, AServiceIsReplacedHoweverItEnded) {
+  config_.max_restarts = 2;
   Make();
   AddLasting("learner", Role::kMain);
   Add("planner", Role::kService, {"exit", "0"});
   const RunEnd end = supervisor_->Run();
   EXPECT_EQ(end.exit_code, 1);
-  EXPECT_THAT(end.failure, HasSubstr("planner ended before the run was over (exit code 0)"));
+  EXPECT_EQ(end.restarts, 2);
+  EXPECT_THAT(end.failure, HasSubstr("planner failed after 2 restarts within a minute (exit code 0)"));
+}
+
+TEST_F(SupervisorTest, WithoutRestartsTheFirstDeathEndsTheRun) {
+  config_.max_restarts = 0;
+  Make();
+  Add("learner", Role::kMain, {"die", directory_ / "starts", "3"});
+  const RunEnd end = supervisor_->Run();
+  EXPECT_EQ(end.exit_code, 1);
+  EXPECT_EQ(end.restarts, 0);
+  EXPECT_THAT(end.failure, HasSubstr("learner failed (killed by SIGKILL"));
 }
 
 TEST_F(SupervisorTest, RefusedInputIsAUsageErrorAndNotTriedAgain) {

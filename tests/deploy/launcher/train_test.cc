@@ -191,7 +191,7 @@ TEST_F(TrainTest, DeadActorIsReplacedAndTheRunSucceeds) {
   const ProgramResult result = RunProgram(Arguments());
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("actor-0 ended (killed by SIGKILL); starting it again, generation 1"));
-  EXPECT_THAT(result.out, HasSubstr("1 actor restart"));
+  EXPECT_THAT(result.out, HasSubstr("1 restart"));
 }
 
 TEST_F(TrainTest, TermStopsAllProcesses) {

@@ -65,7 +65,8 @@ class CheckpointTest : public ::testing::Test {
     state.episode_log_bytes = 99;
     state.algorithm = {{"policy", {1, 2, 3, 4}}, {"q1.adam.first", {9}}};
     state.coordinator.rounds = 6;
-    state.coordinator.vehicles = {{3, 2, 7, true, -1, 600, {5, 6}}, {1, 0, 0, false, 0, 601, {}}};
+    state.coordinator.vehicles = {{3, 2, 7, true, -1, 600, {5, 6}, 4}, {1, 0, 0, false, 0, 601, {}}};
+    state.coordinator.sessions = {{4, -9, 1000, 17, 55, 610, 700}};
     state.coordinator.granted = {{20, 1, true, {7, 8, {0.5f}}}};
     state.coordinator.counters.eval_steps = 44;
     state.coordinator.counters.disturbed = true;
@@ -108,6 +109,12 @@ TEST_F(CheckpointTest, FileRoundTrips) {
   EXPECT_EQ(b.coordinator.granted[0].policy.parameters, (std::vector<float>{0.5f}));
   EXPECT_TRUE(b.coordinator.counters.disturbed);
   EXPECT_TRUE(b.evaluation.collapsed);
+  EXPECT_EQ(b.coordinator.vehicles[0].owner, 4);
+  EXPECT_EQ(b.coordinator.vehicles[1].owner, -1);
+  ASSERT_EQ(b.coordinator.sessions.size(), 1u);
+  EXPECT_EQ(b.coordinator.sessions[0].session, -9);
+  EXPECT_EQ(b.coordinator.sessions[0].received, 55);
+  EXPECT_EQ(b.coordinator.sessions[0].credit, 700);
   ASSERT_EQ(b.candidates.at(70).size(), 2u);
   EXPECT_EQ(b.candidates.at(70)[0].name, "policy/w");
   EXPECT_EQ(b.candidates.at(70)[0].data, (Bytes{1, 2, 3}));
@@ -278,13 +285,18 @@ TEST_F(CheckpointTest, AnEmptyDirectoryHasNothingToGoOnFrom) {
 TEST_F(CheckpointTest, ProgressSurvivesAndKeepsASecondLearnerOut) {
   {
     ProgressFile progress(Path("progress"));
-    EXPECT_EQ(progress.Read(), 0);
-    progress.Write(123456789);
-    EXPECT_EQ(progress.Read(), 123456789);
-    progress.Write(12);
+    EXPECT_EQ(progress.env_steps_before(), 0);
+    EXPECT_EQ(progress.incarnation(), 1);
+    progress.Write(123456789, 0);
+    progress.Write(1200, 34);
     EXPECT_THROW(ProgressFile(Path("progress")), UsageError);
   }
-  EXPECT_EQ(ProgressFile(Path("progress")).Read(), 12);
+  for (const int64_t incarnation : {2, 3}) {
+    ProgressFile progress(Path("progress"));
+    EXPECT_EQ(progress.env_steps_before(), 1200);
+    EXPECT_EQ(progress.rolled_back_before(), 34);
+    EXPECT_EQ(progress.incarnation(), incarnation) << "also when the one before wrote nothing";
+  }
 }
 
 TEST(RunFieldsTest, DifferencesAreNamedWithBothValues) {
