@@ -1,6 +1,7 @@
 #include "learner/coordinator.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/core/check.h"
 #include "common/core/hash.h"
@@ -48,7 +49,7 @@ void Coordinator::Start() {
   bus_->Subscribe<ActorStatus>(Plane::kExperience, kStatusChannel,
                                [this](const ActorStatus& status, const FrameInfo&) { OnStatus(status); });
   bus_->Subscribe<Experience>(Plane::kExperience, kExperienceChannels,
-                              [this](const Experience& e, const FrameInfo&) { OnExperience(e); });
+                              [this](Experience&& e, const FrameInfo&) { OnExperience(std::move(e)); });
   bus_->CheckPlanes();
   tables_.RequestInfo();
   started_ = Clock::now();
@@ -61,6 +62,8 @@ void Coordinator::Run(const std::stop_token& stop) {
     const TimePoint now = Clock::now();
     tables_.Poll(now);
     const std::lock_guard lock(mutex_);
+    // Once for all messages that had come: waking the update thread for each costs more than taking it in.
+    if (std::exchange(news_, false)) changed_.notify_all();
     if (control_.table_hash == 0 && tables_.info()) {
       table_info_ = *tables_.info();
       control_.roadmap_hash = table_info_.roadmap_hash;
@@ -202,7 +205,7 @@ void Coordinator::OnStatus(const ActorStatus& status) {
   }
 }
 
-void Coordinator::OnExperience(const Experience& experience) {
+void Coordinator::OnExperience(Experience&& experience) {
   const std::lock_guard lock(mutex_);
   ActorRecord* actor = fleet_.Find(experience.session);
   if (actor == nullptr || experience.observation_size != observation_size_ || experience.action_size != kActionSize) {
@@ -213,19 +216,18 @@ void Coordinator::OnExperience(const Experience& experience) {
   actor->echo_us = experience.send_us;
   dirty_ = true;
   using Verdict = ReliableReceiver<Experience>::Verdict;
-  if (actor->stream.Accept(experience.sequence, experience) == Verdict::kDuplicate) ++counters_.stream_duplicates;
-  bool any = false;
-  while (const std::optional<Experience> next = actor->stream.Take()) {
-    Accept(actor, *next);
-    any = true;
+  const int64_t sequence = experience.sequence;
+  if (actor->stream.Accept(sequence, std::move(experience)) == Verdict::kDuplicate) ++counters_.stream_duplicates;
+  while (std::optional<Experience> next = actor->stream.Take()) {
+    Accept(actor, std::move(*next));
+    news_ = true;
   }
-  if (any) changed_.notify_all();
 }
 
-void Coordinator::Accept(ActorRecord* actor, const Experience& experience) {
+void Coordinator::Accept(ActorRecord* actor, Experience experience) {
   AcceptEpisodes(*actor, experience);
   AcceptStates(*actor, experience);
-  AcceptSegments(actor, experience);
+  AcceptSegments(actor, std::move(experience.segments));
 }
 
 // An ASYNC learner that was restarted also takes what its predecessor's policies made.
@@ -235,8 +237,8 @@ bool Coordinator::InForce(const Segment& segment) const {
   return incarnation && segment.table_hash == control_.table_hash;
 }
 
-void Coordinator::AcceptSegments(ActorRecord* actor, const Experience& experience) {
-  for (const Segment& segment : experience.segments) {
+void Coordinator::AcceptSegments(ActorRecord* actor, std::vector<Segment> segments) {
+  for (Segment& segment : segments) {
     switch (fleet_.Judge(*actor, segment)) {
       case Fleet::Verdict::kSound:
         break;
@@ -257,9 +259,7 @@ void Coordinator::AcceptSegments(ActorRecord* actor, const Experience& experienc
       Refuse(*actor, segment);
       continue;
     }
-    if (!control_.lockstep) {
-      harvest_.segments.push_back(segment);
-    } else if (!rounds_.Add(segment, fleet_.vehicles()[static_cast<size_t>(segment.vehicle)].steps)) {
+    if (control_.lockstep && !rounds_.Add(segment, fleet_.vehicles()[static_cast<size_t>(segment.vehicle)].steps)) {
       Refuse(*actor, segment);
       continue;
     }
@@ -277,6 +277,7 @@ void Coordinator::AcceptSegments(ActorRecord* actor, const Experience& experienc
     } else {
       counters_.recovered += segment.num_steps();
     }
+    if (!control_.lockstep) harvest_.segments.push_back(std::move(segment));
   }
 }
 

@@ -94,14 +94,14 @@ class Coordinator final : public Evaluator {
   void Run(const std::stop_token& stop);
   void OnHello(const Hello& hello);
   void OnStatus(const ActorStatus& status);
-  void OnExperience(const Experience& experience);
+  void OnExperience(Experience&& experience);
   // The functions below expect mutex_ to be held.
-  void Accept(ActorRecord* actor, const Experience& experience);
+  void Accept(ActorRecord* actor, Experience experience);
   bool FleetReady(TimePoint now) const;
   void SendWelcomes(const std::vector<int64_t>& sessions);
   void Retire(int32_t actor_id);
   void SharesChanged();
-  void AcceptSegments(ActorRecord* actor, const Experience& experience);
+  void AcceptSegments(ActorRecord* actor, std::vector<Segment> segments);
   void AcceptEpisodes(const ActorRecord& actor, const Experience& experience);
   void Refuse(const ActorRecord& actor, const Segment& segment);
   bool InForce(const Segment& segment) const;
@@ -139,6 +139,7 @@ class Coordinator final : public Evaluator {
   bool stopped_ = false;
   TimePoint stop_at_ = TimePoint::max();
   bool dirty_ = false;
+  bool news_ = false;  // for whoever waits for changed_
   TimePoint last_control_{};
   std::jthread thread_;
 };

@@ -162,7 +162,11 @@ void RunReport::Scalars(const RunCounters& counters, const UpdateInfo& info) {
   }
   write("stream/policy_lag", MeanLag(counters.stream));
   write("stream/refused", static_cast<double>(counters.stream.refused));
-  write("stream/resent_duplicates", static_cast<double>(counters.stream.stream_duplicates));
+  write("stream/sent", static_cast<double>(counters.stream.messages_sent));
+  write("stream/resent", static_cast<double>(counters.stream.messages_resent));
+  write("stream/duplicates", static_cast<double>(counters.stream.stream_duplicates));
+  write("stream/latency", counters.stream.stream_latency_s);
+  write("stream/credit_wait", counters.stream.credit_wait_s);
 }
 
 void RunReport::Telemetry(const RunCounters& counters) {
@@ -203,6 +207,10 @@ void RunReport::Telemetry(const RunCounters& counters) {
   message.actor_loss = last_info_.actor_loss;
   message.alpha = last_info_.alpha;
   message.policy_lag = MeanLag(counters.stream);
+  message.messages_sent = counters.stream.messages_sent;
+  message.messages_resent = counters.stream.messages_resent;
+  message.stream_latency = counters.stream.stream_latency_s;
+  message.credit_wait = counters.stream.credit_wait_s;
   message.wall_s = wall_s();
   message.warning = !counters.warning.empty() ? counters.warning : log_error_;
   message.phase = counters.phase;
@@ -247,6 +255,11 @@ void RunReport::Finish(const RunCounters& counters, const RunResult& result) {
   json["env_steps_per_s"] = Rate(started_.env_steps, counters.env_steps, training_s);
   json["updates_per_s"] = Rate(started_.updates, counters.updates, training_s);
   json["policy_lag_mean"] = MeanLag(counters.stream);
+  json["messages_sent"] = counters.stream.messages_sent;
+  json["messages_resent"] = counters.stream.messages_resent;
+  json["messages_duplicate"] = counters.stream.stream_duplicates;
+  json["stream_latency_s"] = counters.stream.stream_latency_s;
+  json["credit_wait_s"] = counters.stream.credit_wait_s;
   json["seed"] = experiment_.seed;
   json["deterministic"] = experiment_.schedule == Schedule::kLockstep && !counters.stream.disturbed;
   json["weights_crc32c"] = fmt::format("{:08x}", result.weights_crc32c);

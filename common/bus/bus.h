@@ -60,12 +60,11 @@ class Bus {
   /// Calls `handler` for every sound message on `channel` (an LCM regular expression) of this run. Messages of other
   /// runs, forged, repeated and torn ones and ones that do not decode are counted and dropped. Handlers must not throw.
   template <typename Message>
-  void Subscribe(Plane plane, const std::string& channel,
-                 std::function<void(const Message&, const FrameInfo&)> handler) {
+  void Subscribe(Plane plane, const std::string& channel, std::function<void(Message&&, const FrameInfo&)> handler) {
     SubscribeBytes(plane, channel, [this, plane, handler = std::move(handler)](ByteSpan bytes, const FrameInfo& info) {
-      const std::optional<Message> message = Decode<Message>(bytes);
+      std::optional<Message> message = Decode<Message>(bytes);
       if (message) {
-        handler(*message, info);
+        handler(std::move(*message), info);
       } else {
         Refuse(plane, FrameFault::kUndecodable);
       }

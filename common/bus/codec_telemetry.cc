@@ -25,6 +25,8 @@ Bytes Encode(const LearnerTelemetry& m) {
   t.consumption_env_steps = m.consumption_env_steps;
   t.transitions_duplicate = m.transitions_duplicate;
   t.frames_refused = m.frames_refused;
+  t.messages_sent = m.messages_sent;
+  t.messages_resent = m.messages_resent;
   t.num_actors = m.num_actors;
   t.replay_size = m.replay_size;
   t.consumption_solved = m.consumption_solved;
@@ -37,6 +39,8 @@ Bytes Encode(const LearnerTelemetry& m) {
   t.actor_loss = m.actor_loss;
   t.alpha = m.alpha;
   t.policy_lag = m.policy_lag;
+  t.stream_latency = m.stream_latency;
+  t.credit_wait = m.credit_wait;
   t.wall_s = m.wall_s;
   t.warning = m.warning;
   t.phase = m.phase;
@@ -46,7 +50,7 @@ Bytes Encode(const LearnerTelemetry& m) {
 template <>
 std::optional<LearnerTelemetry> Decode<LearnerTelemetry>(ByteSpan bytes) {
   SizeWalker walker(bytes);
-  walker.Skip(8 + 9 * 8 + 3 * 4 + 10 * 8);
+  walker.Skip(8 + 11 * 8 + 3 * 4 + 12 * 8);
   walker.String();
   walker.String();
   const auto t = DecodeType<cairn_lcm::learner_telemetry_t>(bytes, walker.Done());
@@ -59,6 +63,8 @@ std::optional<LearnerTelemetry> Decode<LearnerTelemetry>(ByteSpan bytes) {
                           .consumption_env_steps = t->consumption_env_steps,
                           .transitions_duplicate = t->transitions_duplicate,
                           .frames_refused = t->frames_refused,
+                          .messages_sent = t->messages_sent,
+                          .messages_resent = t->messages_resent,
                           .num_actors = t->num_actors,
                           .replay_size = t->replay_size,
                           .consumption_solved = t->consumption_solved,
@@ -71,6 +77,8 @@ std::optional<LearnerTelemetry> Decode<LearnerTelemetry>(ByteSpan bytes) {
                           .actor_loss = t->actor_loss,
                           .alpha = t->alpha,
                           .policy_lag = t->policy_lag,
+                          .stream_latency = t->stream_latency,
+                          .credit_wait = t->credit_wait,
                           .wall_s = t->wall_s,
                           .warning = t->warning,
                           .phase = t->phase};

@@ -190,6 +190,8 @@ struct LearnerTelemetry {
   int64_t consumption_env_steps = -1;
   int64_t transitions_duplicate = 0;
   int64_t frames_refused = 0;
+  int64_t messages_sent = 0;
+  int64_t messages_resent = 0;
   int32_t num_actors = 0;
   int32_t replay_size = 0;
   int32_t consumption_solved = -1;
@@ -202,6 +204,8 @@ struct LearnerTelemetry {
   double actor_loss = 0;
   double alpha = 0;
   double policy_lag = 0;
+  double stream_latency = 0;
+  double credit_wait = 0;
   double wall_s = 0;
   std::string warning;
   std::string phase;

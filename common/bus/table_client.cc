@@ -11,14 +11,15 @@ constexpr int32_t kAllChunks = 1 << 20;
 
 }  // namespace
 
-TableClient::TableClient(Bus* bus, uint64_t experiment_hash) : bus_(bus), experiment_hash_(experiment_hash) {
+TableClient::TableClient(Bus* bus, uint64_t experiment_hash)
+    : bus_(bus), experiment_hash_(experiment_hash), random_(static_cast<uint32_t>(bus->config().session)) {
   bus_->Subscribe<TableInfo>(Plane::kTables, kTableInfoChannel, [this](const TableInfo& info, const FrameInfo&) {
     if (info.experiment_hash == experiment_hash_) info_ = info;
   });
   bus_->Subscribe<TableChunk>(Plane::kTables, kTableChunkChannel, [this](const TableChunk& chunk, const FrameInfo&) {
     if (positions_) positions_->Add(chunk);
     if (table_) table_->Add(chunk);
-    next_request_ = Clock::now() + kRetry;
+    next_request_ = Clock::now() + HoldOff();
   });
 }
 
@@ -50,10 +51,15 @@ std::optional<TableClient::Tables> TableClient::Take() {
 
 void TableClient::Poll(TimePoint now) {
   if (now < next_request_) return;
-  next_request_ = now + kRetry;
+  next_request_ = now + HoldOff();
   if (want_info_ && !info_) Request(0, 0, 0);
   if (positions_ && !positions_->complete()) RequestMissing(*positions_);
   if (table_ && !table_->complete()) RequestMissing(*table_);
+}
+
+// Random, so that the first of many that lack the same asks for all of them.
+Duration TableClient::HoldOff() {
+  return std::chrono::duration_cast<Duration>(kRetry * std::uniform_real_distribution<>(0.5, 1.5)(random_));
 }
 
 void TableClient::RequestMissing(const BlobAssembler& blob) {

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <random>
 
 #include "common/bus/blob_assembler.h"
 #include "common/bus/bus.h"
@@ -10,7 +11,7 @@
 namespace cairn {
 
 /// Pulls the planner's roadmap positions and cost tables by content hash. Drive it with Poll beside Bus::Poll, on the
-/// thread that polls the bus; it asks again every 100 ms until it has what it wants.
+/// thread that polls the bus; it asks again about every 100 ms until it has what it wants.
 class TableClient {
  public:
   /// Subscribes to the tables plane.
@@ -36,9 +37,11 @@ class TableClient {
  private:
   void Request(uint64_t hash, int32_t first_chunk, int32_t num_chunks);
   void RequestMissing(const BlobAssembler& blob);
+  Duration HoldOff();
 
   Bus* bus_;
   uint64_t experiment_hash_;
+  std::minstd_rand random_;
   bool want_info_ = false;
   std::optional<TableInfo> info_;
   std::optional<BlobAssembler> positions_;

@@ -1,0 +1,1 @@
+cairn_add_benchmark(ingest SOURCES ingest_benchmark.cc LIBS cairn_actors cairn_learner_process)
