@@ -10,6 +10,8 @@ packages=(
   g++ cmake ninja-build pkg-config git ca-certificates
   # Messages. pkg-config's lcm asks for GLib's headers, which liblcm-dev does not bring.
   liblcm-dev liblcm-bin libglib2.0-dev
+  # Keys of runs that span hosts.
+  libsodium-dev
   # Physics, planning, collision. OMPL's CMake package links Boost libraries that libompl-dev does not bring.
   libode-dev libompl-dev libfcl-dev libboost-serialization-dev libboost-filesystem-dev libboost-system-dev
   # Mathematics and files.
@@ -24,6 +26,8 @@ packages=(
 )
 test_packages=(
   libgtest-dev libgmock-dev libbenchmark-dev clang-format-14 clang-tidy-14 python3 procps
+  # The firewall rules of SECURITY.md.
+  nftables
   # A window system without a screen, to look at `cairn spy`.
   xvfb xauth xdotool imagemagick
 )

@@ -11,6 +11,7 @@
 
 #include "common/core/check.h"
 #include "common/core/hash.h"
+#include "common/core/log.h"
 
 namespace cairn {
 namespace {
@@ -55,28 +56,52 @@ std::string ActorChannel(int actor_id) { return fmt::format("CAIRN_ACTOR_{:04}",
 // One LCM instance and its handlers. LCM wants a member function; Handler carries the bus's checks.
 struct Bus::Link {
   struct Handler {
-    Bus* bus;
+    Link* link;
     std::function<void(ByteSpan, const FrameInfo&)> callback;
 
     void Handle(const lcm::ReceiveBuffer* buffer, const std::string&) {
-      // A datagram without NUL in the channel arrives with a size near 2^32.
-      if (buffer->data_size > 64u << 20) return bus->CountRefused();
-      const ByteSpan frame(static_cast<const uint8_t*>(buffer->data), buffer->data_size);
-      const OpenedFrame opened = OpenFrame(frame, bus->config_.run_id);
-      if (opened.fault) return bus->CountRefused();
-      bus->received_.fetch_add(1, std::memory_order_relaxed);
-      callback(opened.message, opened.info);
+      const OpenedFrame& opened = link->Open(buffer);
+      if (!opened.fault) callback(opened.message, opened.info);
     }
   };
 
-  explicit Link(const std::string& url) : lcm(url) {}
+  Link(Bus* b, Plane p) : bus(b), plane(p), lcm(PlaneUrl(b->config_, p)) {}
 
+  // Handles one datagram, if one is there: all handlers whose channel fits.
+  bool HandleOne() {
+    current.reset();
+    return lcm.handleTimeout(0) > 0;
+  }
+
+  // Opens a frame once however many handlers get it: the second would look like a replay.
+  const OpenedFrame& Open(const lcm::ReceiveBuffer* buffer) {
+    if (current) return *current;
+    // A datagram without NUL in the channel arrives with a size near 2^32.
+    const bool sane = buffer->data_size <= 64u << 20;
+    current = bus->seal_.Open(plane, {static_cast<const uint8_t*>(buffer->data), sane ? buffer->data_size : 0});
+    const FrameInfo& info = current->info;
+    // Without a key anyone can send any counter, so there is nothing to hold on to.
+    if (!current->fault && bus->seal_.keyed() && !bus->replay_guard_.Accept(plane, info.session, info.counter)) {
+      current->fault = FrameFault::kReplay;
+    }
+    if (current->fault) {
+      bus->Refuse(plane, *current->fault);
+    } else {
+      bus->received_.fetch_add(1, std::memory_order_relaxed);
+    }
+    return *current;
+  }
+
+  Bus* bus;
+  Plane plane;
   lcm::LCM lcm;
   bool subscribed = false;
   std::vector<std::unique_ptr<Handler>> handlers;
+  std::optional<OpenedFrame> current;  // the datagram that is being handled
 };
 
-Bus::Bus(BusConfig config) : config_(std::move(config)), receive_buffer_bytes_(EffectiveReceiveBuffer()) {}
+Bus::Bus(BusConfig config)
+    : config_(std::move(config)), seal_(config_.run_id, config_.key), receive_buffer_bytes_(EffectiveReceiveBuffer()) {}
 
 Bus::~Bus() = default;
 
@@ -84,9 +109,10 @@ Bus::Link& Bus::link(Plane plane) {
   const std::lock_guard lock(links_mutex_);
   std::unique_ptr<Link>& link = links_[static_cast<size_t>(plane)];
   if (!link) {
-    const std::string url = PlaneUrl(config_, plane);
-    link = std::make_unique<Link>(url);
-    if (!link->lcm.good()) ThrowError("LCM {}: cannot join the {} plane; {}", url, PlaneName(plane), kCure);
+    link = std::make_unique<Link>(this, plane);
+    if (!link->lcm.good()) {
+      ThrowError("LCM {}: cannot join the {} plane; {}", PlaneUrl(config_, plane), PlaneName(plane), kCure);
+    }
   }
   return *link;
 }
@@ -94,7 +120,7 @@ Bus::Link& Bus::link(Plane plane) {
 void Bus::SubscribeBytes(Plane plane, const std::string& channel,
                          std::function<void(ByteSpan, const FrameInfo&)> handler) {
   Link& l = link(plane);
-  l.handlers.push_back(std::make_unique<Link::Handler>(Link::Handler{this, std::move(handler)}));
+  l.handlers.push_back(std::make_unique<Link::Handler>(Link::Handler{&l, std::move(handler)}));
   lcm::Subscription* subscription = l.lcm.subscribe(channel, &Link::Handler::Handle, l.handlers.back().get());
   if (subscription == nullptr) {
     ThrowError("LCM {}: cannot receive on the {} plane; {}", PlaneUrl(config_, plane), PlaneName(plane), kCure);
@@ -104,8 +130,25 @@ void Bus::SubscribeBytes(Plane plane, const std::string& channel,
 }
 
 void Bus::PublishBytes(Plane plane, const std::string& channel, Bytes message) {
-  SealFrame(config_.run_id, {config_.session, counter_.fetch_add(1) + 1}, &message);
+  seal_.Seal(plane, {config_.session, counter_.fetch_add(1) + 1}, &message);
   link(plane).lcm.publish(channel, message.data(), static_cast<unsigned>(message.size()));
+}
+
+BusStats Bus::stats() const {
+  BusStats stats;
+  stats.received = received_.load();
+  for (int i = 0; i < kNumFrameFaults; ++i) {
+    stats.faults[static_cast<size_t>(i)] = refused_[static_cast<size_t>(i)].load();
+    stats.refused += stats.faults[static_cast<size_t>(i)];
+  }
+  return stats;
+}
+
+// Each fault is said once: enough to find a forgotten key, and nobody can fill the log.
+void Bus::Refuse(Plane plane, FrameFault fault) {
+  if (refused_[static_cast<size_t>(fault)].fetch_add(1, std::memory_order_relaxed) > 0) return;
+  log::Warning("refused a datagram on the {} plane: {}; more of this kind are only counted", PlaneName(plane),
+               FrameFaultName(fault));
 }
 
 void Bus::CheckPlanes() {
@@ -150,7 +193,7 @@ int Bus::Poll(Duration timeout) {
   for (nfds_t i = 0; i < count; ++i) {
     if ((fds[i].revents & POLLIN) == 0) continue;
     // Bounded, so that a flood on one plane cannot starve the caller.
-    for (int n = 0; n < 1024 && polled[i]->lcm.handleTimeout(0) > 0; ++n) ++handled;
+    for (int n = 0; n < 1024 && polled[i]->HandleOne(); ++n) ++handled;
   }
   return handled;
 }

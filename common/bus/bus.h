@@ -13,23 +13,19 @@
 
 #include "common/bus/codec.h"
 #include "common/bus/frame.h"
+#include "common/bus/plane.h"
+#include "common/bus/replay_window.h"
 #include "common/core/clock.h"
 
 namespace cairn {
-
-/// One UDP port each, counted up from the base port: every LCM process on a port pays for each message on it.
-enum class Plane { kExperience = 0, kControl = 1, kTables = 2, kTelemetry = 3 };
-constexpr int kNumPlanes = 4;
-/// The port after the planes' is held by the launcher's guard socket, so that two runs never share a block.
-constexpr int kPortBlock = 5;
-const char* PlaneName(Plane plane);
 
 struct BusConfig {
   std::string group = "239.255.76.67";
   int base_port = 7700;
   int ttl = 0;
   int64_t run_id = 0;
-  int64_t session = 0;  ///< of this process; goes into every trailer
+  int64_t session = 0;        ///< of this process; goes into every trailer; random, never that of another Bus
+  std::optional<RunKey> key;  ///< seals all frames with it and takes no others; none: CRC32C
 };
 
 /// Largest message [bytes] to send: 60 kB on loopback, 1400 B between hosts (ttl ≥ 1), trailer included.
@@ -40,7 +36,10 @@ std::string PlaneUrl(const BusConfig& config, Plane plane);
 
 struct BusStats {
   int64_t received = 0;
-  int64_t refused = 0;  ///< frames that failed a check, and messages that did not decode
+  int64_t refused = 0;  ///< of all faults together
+  std::array<int64_t, kNumFrameFaults> faults{};
+
+  int64_t of(FrameFault fault) const { return faults[static_cast<size_t>(fault)]; }
 };
 
 /// Typed publish/subscribe over the planes. Planes open on first use; a plane that is only published on costs no
@@ -59,15 +58,15 @@ class Bus {
   }
 
   /// Calls `handler` for every sound message on `channel` (an LCM regular expression) of this run. Messages of other
-  /// runs, torn ones and ones that do not decode are counted and dropped. Handlers must not throw.
+  /// runs, forged, repeated and torn ones and ones that do not decode are counted and dropped. Handlers must not throw.
   template <typename Message>
   void Subscribe(Plane plane, const std::string& channel, std::function<void(Message&&, const FrameInfo&)> handler) {
-    SubscribeBytes(plane, channel, [this, handler = std::move(handler)](ByteSpan bytes, const FrameInfo& info) {
+    SubscribeBytes(plane, channel, [this, plane, handler = std::move(handler)](ByteSpan bytes, const FrameInfo& info) {
       std::optional<Message> message = Decode<Message>(bytes);
       if (message) {
         handler(std::move(*message), info);
       } else {
-        CountRefused();
+        Refuse(plane, FrameFault::kUndecodable);
       }
     });
   }
@@ -84,20 +83,22 @@ class Bus {
   void SubscribeBytes(Plane plane, const std::string& channel, std::function<void(ByteSpan, const FrameInfo&)> handler);
 
   const BusConfig& config() const { return config_; }
-  BusStats stats() const { return {received_.load(), refused_.load()}; }
+  BusStats stats() const;
   /// Receive buffer the kernel really gives [bytes]; bounds what may be outstanding.
   int receive_buffer_bytes() const { return receive_buffer_bytes_; }
 
  private:
   struct Link;
   Link& link(Plane plane);
-  void CountRefused() { refused_.fetch_add(1, std::memory_order_relaxed); }
+  void Refuse(Plane plane, FrameFault fault);
 
   BusConfig config_;
+  FrameSeal seal_;
+  ReplayGuard replay_guard_;  // of the thread that polls
   int receive_buffer_bytes_ = 0;
   std::atomic<uint64_t> counter_{0};
   std::atomic<int64_t> received_{0};
-  std::atomic<int64_t> refused_{0};
+  std::array<std::atomic<int64_t>, kNumFrameFaults> refused_{};
   std::mutex links_mutex_;  // guards opening a plane; an open one stays
   std::array<std::unique_ptr<Link>, kNumPlanes> links_;
 };

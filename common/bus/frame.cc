@@ -1,16 +1,29 @@
 #include "common/bus/frame.h"
 
+#include <sodium.h>
+
+#include "common/core/check.h"
 #include "common/core/hash.h"
 
 namespace cairn {
 namespace {
 
-constexpr uint32_t kMagic = 0x43414952;  // "CAIR"
+constexpr uint32_t kMagic = 0x43414952;       // "CAIR"
+constexpr uint32_t kKeyedMagic = 0x4341494B;  // "CAIK"
+
+constexpr size_t kFieldBytes = 4 + 4 + 8 + 8 + 8;
+constexpr size_t kCrcBytes = 4;
+constexpr size_t kTagBytes = crypto_aead_xchacha20poly1305_ietf_ABYTES;
+static_assert(kFieldBytes + kTagBytes == kTrailerBytes);
+static_assert(sizeof(RunKey) == crypto_aead_xchacha20poly1305_ietf_KEYBYTES);
+
+// Where the library wants an encrypted message of no bytes.
+unsigned char nothing = 0;
 
 template <typename T>
-void Append(T value, Bytes* bytes) {
+void Write(T value, uint8_t** at) {
   for (int shift = static_cast<int>(sizeof(T)) * 8 - 8; shift >= 0; shift -= 8) {
-    bytes->push_back(static_cast<uint8_t>(static_cast<uint64_t>(value) >> shift));
+    *(*at)++ = static_cast<uint8_t>(static_cast<uint64_t>(value) >> shift);
   }
 }
 
@@ -21,6 +34,35 @@ T Read(ByteSpan bytes, size_t* at) {
   return static_cast<T>(value);
 }
 
+using Nonce = std::array<uint8_t, crypto_aead_xchacha20poly1305_ietf_NPUBBYTES>;
+
+Nonce MakeNonce(Plane plane, const FrameInfo& info) {
+  Nonce nonce{};
+  uint8_t* at = nonce.data();
+  Write(info.session, &at);
+  Write(info.counter, &at);
+  Write(static_cast<uint8_t>(plane), &at);
+  return nonce;
+}
+
+// The run's own key, so that a key used for several runs never makes a frame of one sound in another.
+RunKey DeriveKey(const RunKey& key, int64_t run_id) {
+  CAIRN_CHECK(sodium_init() >= 0);
+  std::array<uint8_t, 18> context{'c', 'a', 'i', 'r', 'n', ' ', 'r', 'u', 'n', ' '};
+  uint8_t* at = context.data() + 10;
+  Write(run_id, &at);
+  RunKey derived;
+  crypto_generichash(derived.data(), derived.size(), context.data(), context.size(), key.data(), key.size());
+  return derived;
+}
+
+// Whether a frame is one of the other kind, so that a forgotten key is called that.
+bool HasMagic(ByteSpan frame, size_t trailer_bytes, uint32_t magic) {
+  if (frame.size() < trailer_bytes) return false;
+  size_t at = frame.size() - trailer_bytes;
+  return Read<uint32_t>(frame, &at) == magic;
+}
+
 }  // namespace
 
 const char* FrameFaultName(FrameFault fault) {
@@ -29,52 +71,86 @@ const char* FrameFaultName(FrameFault fault) {
       return "too short";
     case FrameFault::kMagic:
       return "not a Cairn frame";
+    case FrameFault::kNoKey:
+      return "sent without a key";
+    case FrameFault::kKeyed:
+      return "sent with a key, and this process has none";
     case FrameFault::kProtocol:
       return "another protocol version";
     case FrameFault::kRun:
       return "another run";
     case FrameFault::kChecksum:
       return "checksum";
+    case FrameFault::kTag:
+      return "forged, torn or sealed with another key";
+    case FrameFault::kReplay:
+      return "seen before";
+    case FrameFault::kUndecodable:
+      return "not the channel's message";
   }
   return "unknown";
 }
 
-void SealFrame(int64_t run_id, const FrameInfo& info, Bytes* message) {
-  message->reserve(message->size() + kTrailerBytes);
-  Append<uint32_t>(kMagic, message);
-  Append<uint32_t>(kProtocolVersion, message);
-  Append<int64_t>(run_id, message);
-  Append<int64_t>(info.session, message);
-  Append<uint64_t>(info.counter, message);
-  Append<uint32_t>(Crc32c(message->data(), message->size()), message);
+FrameSeal::FrameSeal(int64_t run_id, const std::optional<RunKey>& key) : run_id_(run_id) {
+  if (key) key_ = DeriveKey(*key, run_id);
 }
 
-OpenedFrame OpenFrame(ByteSpan frame, int64_t run_id) {
+size_t FrameSeal::trailer_bytes() const { return kFieldBytes + (keyed() ? kTagBytes : kCrcBytes); }
+
+void FrameSeal::Seal(Plane plane, const FrameInfo& info, Bytes* message) const {
+  const size_t message_bytes = message->size();
+  message->resize(message_bytes + trailer_bytes());
+  uint8_t* at = message->data() + message_bytes;
+  Write(keyed() ? kKeyedMagic : kMagic, &at);
+  Write(static_cast<uint32_t>(kProtocolVersion), &at);
+  Write(run_id_, &at);
+  Write(info.session, &at);
+  Write(info.counter, &at);
+  const size_t checked = message_bytes + kFieldBytes;
+  if (!keyed()) return Write(Crc32c(message->data(), checked), &at);
+  const Nonce nonce = MakeNonce(plane, info);
+  crypto_aead_xchacha20poly1305_ietf_encrypt_detached(&nothing, at, nullptr, nullptr, 0, message->data(), checked,
+                                                      nullptr, nonce.data(), key_->data());
+}
+
+OpenedFrame FrameSeal::Open(Plane plane, ByteSpan frame) const {
   OpenedFrame opened;
-  if (frame.size() < kTrailerBytes) {
-    opened.fault = FrameFault::kTooShort;
+  const auto refuse = [&opened](FrameFault fault) {
+    opened.fault = fault;
     return opened;
-  }
-  const size_t message_bytes = frame.size() - kTrailerBytes;
+  };
+  if (frame.size() < trailer_bytes()) return refuse(FrameFault::kTooShort);
+  const size_t message_bytes = frame.size() - trailer_bytes();
   size_t at = message_bytes;
   const auto magic = Read<uint32_t>(frame, &at);
   const auto protocol = Read<uint32_t>(frame, &at);
-  const auto run = Read<int64_t>(frame, &at);
+  const auto run_id = Read<int64_t>(frame, &at);
   opened.info.session = Read<int64_t>(frame, &at);
   opened.info.counter = Read<uint64_t>(frame, &at);
-  const size_t checked = at;
-  const auto crc = Read<uint32_t>(frame, &at);
-  opened.message = frame.first(message_bytes);
-  if (magic != kMagic) {
-    opened.fault = FrameFault::kMagic;
-  } else if (crc != Crc32c(frame.data(), checked)) {
-    opened.fault = FrameFault::kChecksum;
-  } else if (protocol != static_cast<uint32_t>(kProtocolVersion)) {
-    opened.fault = FrameFault::kProtocol;
-  } else if (run != run_id) {
-    opened.fault = FrameFault::kRun;
+  if (magic != (keyed() ? kKeyedMagic : kMagic)) {
+    if (keyed() && HasMagic(frame, kFieldBytes + kCrcBytes, kMagic)) return refuse(FrameFault::kNoKey);
+    if (!keyed() && HasMagic(frame, kFieldBytes + kTagBytes, kKeyedMagic)) return refuse(FrameFault::kKeyed);
+    return refuse(FrameFault::kMagic);
   }
+  if (protocol != static_cast<uint32_t>(kProtocolVersion)) return refuse(FrameFault::kProtocol);
+  if (run_id != run_id_) return refuse(FrameFault::kRun);
+  if (!CheckHolds(plane, opened.info, frame.first(at), frame.subspan(at))) {
+    return refuse(keyed() ? FrameFault::kTag : FrameFault::kChecksum);
+  }
+  opened.message = frame.first(message_bytes);
   return opened;
+}
+
+bool FrameSeal::CheckHolds(Plane plane, const FrameInfo& info, ByteSpan checked, ByteSpan check) const {
+  if (!keyed()) {
+    size_t at = 0;
+    return Read<uint32_t>(check, &at) == Crc32c(checked.data(), checked.size());
+  }
+  // Compares in constant time.
+  const Nonce nonce = MakeNonce(plane, info);
+  return crypto_aead_xchacha20poly1305_ietf_decrypt_detached(nullptr, nullptr, &nothing, 0, check.data(),
+                                                             checked.data(), checked.size(), nonce.data(),
+                                                             key_->data()) == 0;
 }
 
 }  // namespace cairn

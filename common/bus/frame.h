@@ -1,9 +1,12 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 
 #include "common/bus/codec.h"
+#include "common/bus/key_file.h"
+#include "common/bus/plane.h"
 
 namespace cairn {
 
@@ -14,15 +17,25 @@ struct FrameInfo {
 };
 
 /// Why a datagram was refused; counted, never an error of the process.
-enum class FrameFault { kTooShort, kMagic, kProtocol, kRun, kChecksum };
+enum class FrameFault {
+  kTooShort,
+  kMagic,
+  kNoKey,  ///< not keyed, and this process has a key
+  kKeyed,  ///< keyed, and this process has no key
+  kProtocol,
+  kRun,
+  kChecksum,
+  kTag,
+  kReplay,      ///< sound, but seen before or too old to tell
+  kUndecodable  ///< a sound frame around something that is not the channel's message
+};
+constexpr int kNumFrameFaults = 10;
 const char* FrameFaultName(FrameFault fault);
 
-/// Bytes that a frame adds to a message: {magic u32, protocol u32, run id i64, session i64, counter u64, CRC32C u32},
-/// big-endian, behind the standard LCM encoding, so that lcm-spy and lcm-logplayer decode frames as they are.
-constexpr size_t kTrailerBytes = 4 + 4 + 8 + 8 + 8 + 4;
-
-/// Appends the trailer to an encoded message.
-void SealFrame(int64_t run_id, const FrameInfo& info, Bytes* message);
+/// Most bytes that a frame adds to a message: {magic u32, protocol u32, run id i64, session i64, counter u64, check},
+/// big-endian, behind the standard LCM encoding, so that lcm-spy and lcm-logplayer decode frames as they are. The check
+/// is a CRC32C (4 bytes) or, with a key, a Poly1305 tag (16 bytes), and the magic says which.
+constexpr size_t kTrailerBytes = 4 + 4 + 8 + 8 + 8 + 16;
 
 /// The message inside a frame, or what is wrong with it.
 struct OpenedFrame {
@@ -30,6 +43,31 @@ struct OpenedFrame {
   FrameInfo info;
   ByteSpan message;
 };
-OpenedFrame OpenFrame(ByteSpan frame, int64_t run_id);
+
+/// Seals and opens the frames of one run, with its key or without: a process with a key takes keyed frames only, one
+/// without a key the others only. Constant after construction, so any thread may use it.
+///
+/// Keyed, a frame is what XChaCha20-Poly1305 authenticates as additional data of an empty message; nothing is secret.
+/// The nonce is session, counter and plane, so a frame holds on its own plane only, and a (session, counter) must never
+/// be used twice. The key is derived from the run's key and its id: a frame of another run is always wrong.
+class FrameSeal {
+ public:
+  explicit FrameSeal(int64_t run_id, const std::optional<RunKey>& key = std::nullopt);
+
+  /// Appends the trailer to an encoded message.
+  void Seal(Plane plane, const FrameInfo& info, Bytes* message) const;
+
+  /// Checks size, magic, protocol, run and check, in this order; allocates nothing. Replays are not seen here.
+  OpenedFrame Open(Plane plane, ByteSpan frame) const;
+
+  bool keyed() const { return key_.has_value(); }
+  size_t trailer_bytes() const;
+
+ private:
+  bool CheckHolds(Plane plane, const FrameInfo& info, ByteSpan checked, ByteSpan check) const;
+
+  int64_t run_id_;
+  std::optional<RunKey> key_;  // of this run alone
+};
 
 }  // namespace cairn

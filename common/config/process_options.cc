@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "common/config/command_line.h"
+#include "common/config/lcm_url.h"
 #include "common/core/check.h"
 #include "common/core/version.h"
 
@@ -32,14 +33,23 @@ int64_t ParseRunId(const std::string& text) {
   return static_cast<int64_t>(id);
 }
 
-void AddSharedOptions(CLI::App* app, ProcessOptions* options, std::string* run_id) {
-  app->add_option("--experiment", options->experiment, "Resolved experiment file of the run")->required();
-  app->add_option("--run-id", *run_id, "Hexadecimal id of the run, the same for all its processes")->required();
+// What is read as text and then parsed.
+struct Texts {
+  std::string experiment;
+  std::string run_id;
+  std::optional<std::string> lcm_url;
+};
+
+void AddSharedOptions(CLI::App* app, ProcessOptions* options, Texts* texts) {
+  app->add_option("file", options->experiment, "Resolved experiment file of the run");
+  app->add_option("--experiment", texts->experiment)->group("");  // the same, as it was called before
+  app->add_option("--run-id", texts->run_id, "Hexadecimal id of the run, the same for all its processes")->required();
   app->add_option("--run-dir", options->run_dir, "Run directory");
-  app->add_option("--url-group", options->group, "Multicast group (default: the experiment's)");
-  app->add_option("--base-port", options->base_port, "First of five UDP ports (default: the experiment's)")
-      ->check(CLI::Range(1024, 65530));
-  app->add_option("--ttl", options->ttl, "0: this host only (default: the experiment's)")->check(CLI::Range(0, 255));
+  app->add_option("--lcm-url", texts->lcm_url,
+                  "udpm://GROUP:PORT?ttl=T, PORT the first of five, ttl 0 for this host only (default: the "
+                  "experiment's transport)");
+  app->add_option("--key", options->key, "File with the key that the run's processes share");
+  app->add_flag("--insecure", options->insecure, "Run without a key though other hosts can send (ttl of 1 or more)");
   app->add_option("--parent-fd", options->parent_fd, "Pipe whose end of file ends this process");
   app->add_option("--log-level", options->log_level, "Least level that is logged")
       ->check(CLI::IsMember({"debug", "info", "warning", "error"}));
@@ -73,31 +83,37 @@ const char* ProcessName(ProcessKind kind) {
 
 std::optional<ProcessOptions> ParseProcessOptions(ProcessKind kind, int argc, const char* const* argv) {
   ProcessOptions options;
-  std::string run_id;
+  Texts texts;
   CLI::App app(Description(kind), std::string("cairn-") + ProcessName(kind));
   app.set_version_flag("--version", std::string(GitRevision()));
-  AddSharedOptions(&app, &options, &run_id);
+  AddSharedOptions(&app, &options, &texts);
   AddOwnOptions(kind, &app, &options);
   if (!ParseCommandLine(&app, argc, argv)) return std::nullopt;
-  options.run_id = ParseRunId(run_id);
+  if (options.experiment.empty() == texts.experiment.empty()) {
+    ThrowUsageError("{0}: the experiment file is {1}; see {0} --help", app.get_name(),
+                    options.experiment.empty() ? "missing" : "given twice, as FILE and --experiment");
+  }
+  if (options.experiment.empty()) options.experiment = texts.experiment;
+  options.run_id = ParseRunId(texts.run_id);
+  if (texts.lcm_url) options.transport = ParseLcmUrl(*texts.lcm_url);
+  if (!options.key.empty() && options.insecure) ThrowUsageError("--insecure: it does not go with --key");
   return options;
 }
 
 std::vector<std::string> ToArguments(ProcessKind kind, const ProcessOptions& options) {
-  std::vector<std::string> arguments{"--experiment", options.experiment, "--run-id",
-                                     fmt::format("{:x}", options.run_id)};
+  std::vector<std::string> arguments{options.experiment, "--run-id", fmt::format("{:x}", options.run_id)};
   const auto add = [&](const char* name, const std::string& value) {
-    arguments.push_back(name);
+    arguments.emplace_back(name);
     arguments.push_back(value);
   };
   if (!options.run_dir.empty()) add("--run-dir", options.run_dir);
-  if (!options.group.empty()) add("--url-group", options.group);
-  if (options.base_port > 0) add("--base-port", std::to_string(options.base_port));
-  if (options.ttl >= 0) add("--ttl", std::to_string(options.ttl));
+  if (options.transport) add("--lcm-url", ToLcmUrl(*options.transport));
+  if (!options.key.empty()) add("--key", options.key);
+  if (options.insecure) arguments.emplace_back("--insecure");
   if (options.parent_fd >= 0) add("--parent-fd", std::to_string(options.parent_fd));
   if (!options.log_level.empty()) add("--log-level", options.log_level);
   if (kind == ProcessKind::kLearner) {
-    if (options.resume) arguments.push_back("--resume");
+    if (options.resume) arguments.emplace_back("--resume");
     add("--actors", std::to_string(options.actors));
     add("--launch-utime-us", std::to_string(options.launch_utime_us));
   }
@@ -110,10 +126,14 @@ std::vector<std::string> ToArguments(ProcessKind kind, const ProcessOptions& opt
 
 LoadedExperiment LoadProcessExperiment(const ProcessOptions& options) {
   LoadedExperiment loaded = LoadExperiment(options.experiment);
-  TransportConfig& transport = loaded.experiment.transport;
-  if (!options.group.empty()) transport.group = options.group;
-  if (options.base_port > 0) transport.base_port = options.base_port;
-  if (options.ttl >= 0) transport.ttl = options.ttl;
+  if (options.transport) loaded.experiment.transport = *options.transport;
+  const int ttl = loaded.experiment.transport.ttl;
+  if (ttl > 0 && options.key.empty() && !options.insecure) {
+    ThrowUsageError(
+        "ttl {}: other hosts can send to this run, so its messages need a key; give --key FILE (RUN_DIR/key of `cairn "
+        "train`), or --insecure to do without",
+        ttl);
+  }
   return loaded;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/config/experiment.h"
 #include "common/config/load.h"
 
 namespace cairn {
@@ -17,14 +18,14 @@ const char* ProcessName(ProcessKind kind);
 /// What a process of a run is told on its command line: written by the launcher (or by hand or by Slurm on another
 /// host), read by the process's main. `--help` of each program lists them.
 struct ProcessOptions {
-  std::string experiment;  ///< --experiment: the resolved file of the run; required
+  std::string experiment;  ///< FILE: the resolved file of the run; required
   std::string run_dir;     ///< --run-dir: where the process may write; empty: nowhere
   int64_t run_id = 0;      ///< --run-id: hexadecimal, > 0, the same for all processes of a run; required
-  std::string group;       ///< --url-group: multicast group; left out: transport.group of the experiment
-  int base_port = 0;       ///< --base-port: first of five ports; left out: transport.base_port
-  int ttl = -1;            ///< --ttl; left out: transport.ttl
-  int parent_fd = -1;      ///< --parent-fd: pipe whose end of file says that the launcher is gone; -1: none
-  std::string log_level;   ///< --log-level: debug, info (default), warning or error
+  std::optional<TransportConfig> transport;  ///< --lcm-url; left out: transport of the experiment
+  std::string key;                           ///< --key: file with the run's key; empty: none
+  bool insecure = false;                     ///< --insecure: do without a key though ttl ≥ 1
+  int parent_fd = -1;     ///< --parent-fd: pipe whose end of file says that the launcher is gone; -1: none
+  std::string log_level;  ///< --log-level: debug, info (default), warning or error
 
   // cairn-learner
   bool resume = false;          ///< --resume: go on from the newest checkpoint of --run-dir
@@ -43,7 +44,8 @@ std::optional<ProcessOptions> ParseProcessOptions(ProcessKind kind, int argc, co
 /// The command line, without the program, that ParseProcessOptions reads back to the same options.
 std::vector<std::string> ToArguments(ProcessKind kind, const ProcessOptions& options);
 
-/// Loads options.experiment and puts the transport of the command line in place of the file's.
+/// Loads options.experiment and puts the transport of the command line in place of the file's. Throws UsageError when
+/// other hosts can reach the run (ttl ≥ 1) and there is neither a key nor --insecure.
 LoadedExperiment LoadProcessExperiment(const ProcessOptions& options);
 
 }  // namespace cairn

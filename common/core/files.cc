@@ -23,7 +23,7 @@ int WriteAndSync(int fd, const std::string& text) {
   return fsync(fd) == 0 ? 0 : errno;
 }
 
-// The rename itself is lost in a crash unless its directory is on disk.
+// 0 or the errno of what failed.
 int SyncDirectory(const std::string& path) {
   const size_t slash = path.rfind('/');
   const std::string directory = slash == std::string::npos ? "." : path.substr(0, slash + 1);
@@ -47,7 +47,11 @@ void WriteFileAtomically(const std::string& path, const std::string& text) {
     unlink(beside.c_str());
     ThrowError("cannot write {}: {}", path, std::strerror(error));
   }
-  error = SyncDirectory(path);
+  SyncDirectoryOf(path);
+}
+
+void SyncDirectoryOf(const std::string& path) {
+  const int error = SyncDirectory(path);
   if (error != 0) ThrowError("cannot sync the directory of {}: {}", path, std::strerror(error));
 }
 

@@ -8,6 +8,9 @@ namespace cairn {
 /// system's reason (disk full, …) and leaves nothing half-written.
 void WriteFileAtomically(const std::string& path, const std::string& text);
 
+/// Syncs the directory that holds `path`: a new name is lost in a crash unless its directory is on disk. Throws Error.
+void SyncDirectoryOf(const std::string& path);
+
 /// The whole of a file. Throws Error naming the path and the system's reason.
 std::string ReadFile(const std::string& path);
 

@@ -54,13 +54,14 @@ int Fail(ProcessKind kind, const std::exception& error, int status) {
 
 Process::Process(ProcessKind kind, ProcessOptions options)
     : options_(std::move(options)), loaded_(LoadProcessExperiment(options_)), session_(RandomId()) {
+  if (!options_.key.empty()) key_ = ReadKeyFile(options_.key);
   log::Init(kind == ProcessKind::kActor ? fmt::format("actor-{:04}", options_.actor_id) : ProcessName(kind), "",
             LogLevel(options_.log_level));
 }
 
 BusConfig Process::MakeBusConfig() const {
   const TransportConfig& transport = loaded_.experiment.transport;
-  return {transport.group, transport.base_port, transport.ttl, options_.run_id, session_};
+  return {transport.group, transport.base_port, transport.ttl, options_.run_id, session_, key_};
 }
 
 void Process::OnStop(std::function<void()> stop) {

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "common/bus/bus.h"
@@ -10,8 +11,8 @@
 
 namespace cairn {
 
-/// What the three processes of a run have in common: their options, the resolved experiment, a session id, and the
-/// rule that they end when they are told to or when the launcher is gone.
+/// What the three processes of a run have in common: their options, the resolved experiment, the run's key, a session
+/// id, and the rule that they end when they are told to or when the launcher is gone.
 class Process {
  public:
   Process(ProcessKind kind, ProcessOptions options);
@@ -31,6 +32,7 @@ class Process {
  private:
   ProcessOptions options_;
   LoadedExperiment loaded_;
+  std::optional<RunKey> key_;
   int64_t session_;
   std::mutex mutex_;  // guards on_stop_
   std::function<void()> on_stop_;

@@ -47,6 +47,7 @@ void AddTrain(CLI::App* app, Commands* commands, int64_t launch_utime_us) {
       ->check(CLI::Range(1, 65536));
   command->add_option("--seed", *seed, "Seed of everything but the world");
   AddOverrides(command, &options->overrides);
+  command->add_flag("--insecure", options->insecure, "Without a key though other hosts can send (ttl of 1 or more)");
   command
       ->add_option("--max-restarts", options->max_restarts,
                    "Processes that die are started again, all together at most this often within a minute")

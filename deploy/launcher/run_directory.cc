@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "common/config/lcm_url.h"
 #include "common/core/check.h"
 #include "common/core/files.h"
 #include "common/core/version.h"
@@ -17,7 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // Any of these means that another run lives or lived here.
-constexpr const char* kRunFiles[] = {"experiment.textproto", "run.json", "summary.json", "episodes.csv", "checkpoints"};
+constexpr const char* kRunFiles[] = {"experiment.textproto", "run.json",    "summary.json",
+                                     "episodes.csv",         "checkpoints", "key"};
 
 std::string DefaultPath(const std::string& name) {
   const std::time_t now = std::time(nullptr);
@@ -123,6 +125,11 @@ RunDirectory RunDirectory::Resume(const std::string& path, int64_t total_env_ste
   return directory;
 }
 
+std::string JoinCommand(const BusConfig& bus) {
+  return fmt::format("cairn actor experiment.textproto --lcm-url '{}' --run-id {:x} {} --actor-id N",
+                     ToLcmUrl({bus.group, bus.base_port, bus.ttl}), bus.run_id, bus.key ? "--key key" : "--insecure");
+}
+
 void WriteRunInfo(const RunDirectory& directory, const RunInfo& info) {
   nlohmann::ordered_json json;
   json["pid"] = info.pid;
@@ -130,6 +137,12 @@ void WriteRunInfo(const RunDirectory& directory, const RunInfo& info) {
   json["group"] = info.bus.group;
   json["base_port"] = info.bus.base_port;
   json["ttl"] = info.bus.ttl;
+  json["lcm_url"] = ToLcmUrl({info.bus.group, info.bus.base_port, info.bus.ttl});
+  if (info.bus.ttl > 0) {
+    json["join"] = JoinCommand(info.bus);
+    json["copy_to_other_hosts"] = nlohmann::json::array({directory.experiment_file()});
+    if (info.bus.key) json["copy_to_other_hosts"].push_back(directory.key_file());
+  }
   for (int plane = 0; plane < kNumPlanes; ++plane) {
     json["urls"][PlaneName(static_cast<Plane>(plane))] = PlaneUrl(info.bus, static_cast<Plane>(plane));
   }

@@ -9,7 +9,8 @@
 
 namespace cairn::deploy {
 
-/// The directory of one run: experiment.textproto, run.json, log/, checkpoints/ and what the learner adds.
+/// The directory of one run: experiment.textproto, run.json, log/, checkpoints/, with ttl ≥ 1 the run's key, and what
+/// the learner adds.
 class RunDirectory {
  public:
   /// Creates `path`, or runs/<name>-<date>-<time> when it is empty, with its sub-directories and the experiment as
@@ -30,6 +31,7 @@ class RunDirectory {
   const std::string& path() const { return path_; }
   std::string experiment_file() const { return path_ + "/experiment.textproto"; }
   std::string info_file() const { return path_ + "/run.json"; }
+  std::string key_file() const { return path_ + "/key"; }
   std::string log_file(const std::string& process) const { return path_ + "/log/" + process + ".log"; }
   std::string policy_file(const std::string& which) const { return path_ + "/checkpoints/" + which + ".policy"; }
 
@@ -43,10 +45,14 @@ class RunDirectory {
 struct RunInfo {
   int64_t pid = 0;  ///< of the launcher
   int64_t run_id = 0;
-  BusConfig bus;  ///< group, base port and ttl
+  BusConfig bus;  ///< group, base port and ttl; written also: how other hosts join, not the key itself
   NetworkInfo network;
   int actors = 0;
 };
+
+/// The command line with which an actor on another host joins a run (ttl ≥ 1), given copies of experiment.textproto and
+/// key in its directory; N stands for the actor's id.
+std::string JoinCommand(const BusConfig& bus);
 
 void WriteRunInfo(const RunDirectory& directory, const RunInfo& info);
 

@@ -2,8 +2,10 @@
 
 #include <unistd.h>
 
+#include <filesystem>
 #include <memory>
 
+#include "common/bus/key_file.h"
 #include "common/config/load.h"
 #include "common/config/process_options.h"
 #include "common/core/check.h"
@@ -68,7 +70,7 @@ class Training {
         status_line_(stdout, StatusLine::ModeFor(stdout, options.quiet)) {
     log::Init("cairn", directory_.log_file("launcher"));
     const TransportConfig& transport = loaded_.experiment.transport;
-    bus_ = {transport.group, ports_.base_port(), transport.ttl, RandomId(), RandomId()};
+    bus_ = {transport.group, ports_.base_port(), transport.ttl, RandomId(), RandomId(), MakeKey()};
     WriteRunInfo(directory_, {getpid(), bus_.run_id, bus_, network_, num_actors_});
   }
 
@@ -84,6 +86,13 @@ class Training {
   }
 
  private:
+  // The run's own, or a new one; none where no other host hears or sends.
+  std::optional<RunKey> MakeKey() const {
+    if (loaded_.experiment.transport.ttl == 0 || options_.insecure) return std::nullopt;
+    const std::string file = directory_.key_file();
+    return std::filesystem::exists(file) ? ReadKeyFile(file) : CreateKeyFile(file);
+  }
+
   void Say(const std::string& line) {
     log::Info("{}", line);
     status_line_.Note(line);
@@ -95,6 +104,11 @@ class Training {
                     loaded_.experiment.num_vehicles, directory_.path()));
     if (!options_.resume.empty()) Say("going on from the newest checkpoint");
     if (!ports_.note().empty()) Say(ports_.note());
+    if (bus_.ttl > 0) {
+      const char* copied = bus_.key ? "experiment.textproto and key" : "experiment.textproto";
+      Say(fmt::format("other hosts join with copies of the run directory's {}: {}", copied, JoinCommand(bus_)));
+    }
+    if (bus_.ttl > 0 && !bus_.key) Say("no key: whoever can send to these ports can take part in the run");
     if (network_.is_private) {
       Say(fmt::format("no multicast route: running in a private network; look inside with: {}",
                       LookInsideCommand(getpid(), network_)));
@@ -123,9 +137,9 @@ class Training {
     options.experiment = directory_.experiment_file();
     options.run_dir = directory_.path();
     options.run_id = bus_.run_id;
-    options.group = bus_.group;
-    options.base_port = bus_.base_port;
-    options.ttl = bus_.ttl;
+    options.transport = TransportConfig{bus_.group, bus_.base_port, bus_.ttl};
+    if (bus_.key) options.key = directory_.key_file();
+    options.insecure = bus_.ttl > 0 && !bus_.key;
     options.parent_fd = supervisor.parent_fd();
     options.resume = !options_.resume.empty();
     options.actors = num_actors_;

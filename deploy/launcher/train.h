@@ -19,6 +19,7 @@ struct TrainOptions {
   int actors = 0;       ///< 0: DefaultActors
   std::vector<std::string> overrides;
   bool quiet = false;
+  bool insecure = false;        ///< no key though other hosts can reach the run (ttl ≥ 1)
   int max_restarts = 10;        ///< of all processes together within a minute
   int64_t launch_utime_us = 0;  ///< MonotonicUs() at the start of main
 };

@@ -26,6 +26,7 @@ ENGINES = {
     "protobuf": (r"google/protobuf/|.*\.pb\.h$", ["common/config/", "common/nn/", "learner/checkpoint/",
                                                  "learner/metrics/"]),
     "libxsmm": (r"libxsmm", ["common/nn/gemm."]),
+    "libsodium": (r"sodium", ["common/bus/"]),
 }
 
 # Made by the build; not found from the repository root.
@@ -80,6 +81,7 @@ SELF_TEST = {
     "deploy/file.cc": ('#include <google/protobuf/message.h>\n', "protobuf is for"),
     "actors/file.cc": ('#include "common/config/experiment.pb.h"\n', "protobuf is for"),
     "common/nn/policy.cc": ('\n#include <libxsmm.h>\n', "libxsmm is for"),
+    "deploy/key.cc": ('#include <sodium.h>\n', "libsodium is for"),
     "tests/learner/ode_test.cc": ('#include <ode/ode.h>\n', "ODE is for"),
     "actors/relative.cc": ('#include "../common/core/a.h"\n', "start at the repository root"),
     "actors/gone.cc": ('#include "common/core/gone.h"\n', "no such file"),

@@ -151,7 +151,9 @@ TEST(CodecTest, HelloAndWelcomeRoundTrip) {
 }
 
 // Every strict prefix and every length with bytes added must be refused, and no bit flip may crash or make the decoder
-// read outside (the sanitizers watch); a flip inside a frame is refused by the checksum.
+// read outside (the sanitizers watch); a flip inside a frame is refused by the checksum or tag.
+constexpr RunKey kKey{1, 2, 3};
+
 template <typename Message>
 void SurvivesDamage(const Message& message) {
   const Bytes good = Encode(message);
@@ -160,18 +162,20 @@ void SurvivesDamage(const Message& message) {
   Bytes longer = good;
   longer.push_back(0);
   EXPECT_FALSE(Decode<Message>(longer));
-  Bytes frame = good;
-  SealFrame(7, {1, 2}, &frame);
-  EXPECT_FALSE(OpenFrame(frame, 7).fault);
   for (size_t bit = 0; bit < 8 * good.size(); ++bit) {
     Bytes flipped = good;
     flipped[bit / 8] = static_cast<uint8_t>(flipped[bit / 8] ^ (1u << (bit % 8)));
     (void)Decode<Message>(flipped);
   }
-  for (size_t bit = 0; bit < 8 * frame.size(); ++bit) {
-    Bytes flipped = frame;
-    flipped[bit / 8] = static_cast<uint8_t>(flipped[bit / 8] ^ (1u << (bit % 8)));
-    EXPECT_TRUE(OpenFrame(flipped, 7).fault) << bit;
+  for (const FrameSeal& seal : {FrameSeal(7), FrameSeal(7, kKey)}) {
+    Bytes frame = good;
+    seal.Seal(Plane::kControl, {1, 2}, &frame);
+    EXPECT_FALSE(seal.Open(Plane::kControl, frame).fault);
+    for (size_t bit = 0; bit < 8 * frame.size(); ++bit) {
+      Bytes flipped = frame;
+      flipped[bit / 8] = static_cast<uint8_t>(flipped[bit / 8] ^ (1u << (bit % 8)));
+      EXPECT_TRUE(seal.Open(Plane::kControl, flipped).fault) << bit;
+    }
   }
 }
 
@@ -211,19 +215,6 @@ TEST(CodecTest, RefusesSegmentsWhoseStepsDoNotMatchTheData) {
   ASSERT_EQ(bytes[at], 2);
   bytes[at] = 3;
   EXPECT_FALSE(Decode<Experience>(bytes));
-}
-
-TEST(FrameTest, NamesWhatIsWrong) {
-  Bytes frame = Encode(Echo{1, 4});
-  SealFrame(7, {1, 2}, &frame);
-  EXPECT_EQ(OpenFrame(frame, 8).fault, FrameFault::kRun);
-  EXPECT_EQ(OpenFrame(ByteSpan(frame).first(10), 7).fault, FrameFault::kTooShort);
-  EXPECT_EQ(OpenFrame(ByteSpan(frame).first(frame.size() - 1), 7).fault, FrameFault::kMagic);
-  const OpenedFrame good = OpenFrame(frame, 7);
-  ASSERT_FALSE(good.fault);
-  EXPECT_EQ(good.info.session, 1);
-  EXPECT_EQ(good.info.counter, 2u);
-  EXPECT_EQ(good.message.size(), frame.size() - kTrailerBytes);
 }
 
 }  // namespace

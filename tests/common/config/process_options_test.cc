@@ -30,9 +30,8 @@ ProcessOptions Full() {
   options.experiment = "/tmp/run/experiment.textproto";
   options.run_dir = "/tmp/run dir";
   options.run_id = 0x7fedcba987654321;
-  options.group = "239.1.2.3";
-  options.base_port = 7705;
-  options.ttl = 0;
+  options.transport = TransportConfig{"239.1.2.3", 7705, 1};
+  options.key = "/tmp/run/key";
   options.parent_fd = 5;
   options.log_level = "debug";
   return options;
@@ -47,9 +46,9 @@ TEST(ProcessOptionsTest, ArgumentsReadBackToTheSameOptions) {
   EXPECT_EQ(learner->experiment, options.experiment);
   EXPECT_EQ(learner->run_dir, options.run_dir);
   EXPECT_EQ(learner->run_id, options.run_id);
-  EXPECT_EQ(learner->group, options.group);
-  EXPECT_EQ(learner->base_port, 7705);
-  EXPECT_EQ(learner->ttl, 0);
+  EXPECT_EQ(learner->transport, options.transport);
+  EXPECT_EQ(learner->key, options.key);
+  EXPECT_FALSE(learner->insecure);
   EXPECT_EQ(learner->parent_fd, 5);
   EXPECT_EQ(learner->log_level, "debug");
   EXPECT_EQ(learner->actors, 3);
@@ -66,23 +65,60 @@ TEST(ProcessOptionsTest, ActorHasIdAndGeneration) {
   EXPECT_EQ(actor->generation, 2);
 }
 
+TEST(ProcessOptionsTest, ExperimentMayBeAPositionalOrAnOption) {
+  for (const std::vector<std::string>& file :
+       {std::vector<std::string>{"f.textproto"}, {"--experiment", "f.textproto"}}) {
+    std::vector<std::string> arguments{"--run-id", "5eed", "--insecure"};
+    arguments.insert(arguments.begin(), file.begin(), file.end());
+    const auto actor = Parse(ProcessKind::kActor, arguments);
+    ASSERT_TRUE(actor.has_value());
+    EXPECT_EQ(actor->experiment, "f.textproto");
+    EXPECT_TRUE(actor->insecure);
+    EXPECT_FALSE(actor->transport);
+  }
+}
+
 TEST(ProcessOptionsTest, WrongArgumentsAreNamed) {
-  EXPECT_THAT(ErrorOf(ProcessKind::kPlanner, {"--run-id", "1"}), HasSubstr("--experiment"));
-  EXPECT_THAT(ErrorOf(ProcessKind::kPlanner, {"--experiment", "f", "--run-id", "xyz"}), HasSubstr("--run-id xyz"));
-  EXPECT_THAT(ErrorOf(ProcessKind::kPlanner, {"--experiment", "f", "--run-id", "0"}), HasSubstr("--run-id 0"));
-  EXPECT_THAT(ErrorOf(ProcessKind::kActor, {"--experiment", "f", "--run-id", "1", "--actorid", "2"}),
+  EXPECT_THAT(ErrorOf(ProcessKind::kPlanner, {"--run-id", "1"}), HasSubstr("experiment file is missing"));
+  EXPECT_THAT(ErrorOf(ProcessKind::kPlanner, {"f", "--run-id", "xyz"}), HasSubstr("--run-id xyz"));
+  EXPECT_THAT(ErrorOf(ProcessKind::kPlanner, {"f", "--run-id", "0"}), HasSubstr("--run-id 0"));
+  EXPECT_THAT(ErrorOf(ProcessKind::kActor, {"f", "--run-id", "1", "--actorid", "2"}),
               HasSubstr("nearest known one is --actor-id"));
-  EXPECT_THAT(ErrorOf(ProcessKind::kActor, {"--experiment", "f", "--run-id", "1", "--base-port", "80"}),
-              HasSubstr("--base-port"));
+  EXPECT_THAT(ErrorOf(ProcessKind::kActor, {"f", "--run-id", "1", "--lcm-url", "tcpq://localhost:7700"}),
+              HasSubstr("--lcm-url tcpq://localhost:7700"));
+  EXPECT_THAT(ErrorOf(ProcessKind::kActor, {"f", "--run-id", "1", "--key", "k", "--insecure"}),
+              HasSubstr("--insecure: it does not go with --key"));
+  EXPECT_THAT(ErrorOf(ProcessKind::kActor, {"f", "--experiment", "g", "--run-id", "1"}), HasSubstr("--experiment"));
+}
+
+ProcessOptions CarMaze(const TransportConfig& transport) {
+  ProcessOptions options;
+  options.experiment = CAIRN_SOURCE_DIR "/deploy/experiments/car_maze.textproto";
+  options.transport = transport;
+  return options;
 }
 
 TEST(ProcessOptionsTest, TransportOfTheCommandLineWins) {
-  ProcessOptions options;
-  options.experiment = CAIRN_SOURCE_DIR "/deploy/experiments/car_maze.textproto";
-  options.base_port = 9100;
-  const Experiment experiment = LoadProcessExperiment(options).experiment;
-  EXPECT_EQ(experiment.transport.base_port, 9100);
-  EXPECT_EQ(experiment.transport.group, "239.255.76.67");
+  const TransportConfig transport{"239.1.2.3", 9100, 0};
+  EXPECT_EQ(LoadProcessExperiment(CarMaze(transport)).experiment.transport, transport);
+  ProcessOptions options = CarMaze(transport);
+  options.transport.reset();
+  EXPECT_EQ(LoadProcessExperiment(options).experiment.transport, TransportConfig());
+}
+
+TEST(ProcessOptionsTest, OtherHostsNeedAKeyOrInsecure) {
+  ProcessOptions options = CarMaze({"239.1.2.3", 9100, 1});
+  try {
+    LoadProcessExperiment(options);
+    FAIL();
+  } catch (const UsageError& error) {
+    for (const char* word : {"ttl 1", "--key FILE", "--insecure"}) EXPECT_THAT(error.what(), HasSubstr(word));
+  }
+  options.insecure = true;
+  EXPECT_NO_THROW(LoadProcessExperiment(options));
+  options.insecure = false;
+  options.key = "key";
+  EXPECT_NO_THROW(LoadProcessExperiment(options));
 }
 
 }  // namespace

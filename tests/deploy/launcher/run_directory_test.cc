@@ -92,6 +92,25 @@ TEST_F(RunDirectoryTest, InfoReadsBack) {
   EXPECT_EQ(read.actors, 3);
 }
 
+TEST_F(RunDirectoryTest, InfoTellsOtherHostsHowToJoinButNotTheKey) {
+  const RunDirectory run = RunDirectory::Create(directory_ / "run", "car", "");
+  RunInfo info;
+  info.run_id = 0x5eed;
+  info.bus = {"239.1.2.3", 7705, 1, info.run_id, 5, CreateKeyFile(run.key_file())};
+  WriteRunInfo(run, info);
+  const std::string text = ReadText(run.info_file());
+  EXPECT_THAT(text, HasSubstr("cairn actor experiment.textproto --lcm-url 'udpm://239.1.2.3:7705?ttl=1' --run-id 5eed "
+                              "--key key --actor-id N"));
+  EXPECT_THAT(text, HasSubstr(run.key_file()));
+  EXPECT_THAT(text, testing::Not(HasSubstr(ReadText(run.key_file()).substr(0, 64))));
+  info.bus.key.reset();
+  WriteRunInfo(run, info);
+  EXPECT_THAT(ReadText(run.info_file()), HasSubstr("--run-id 5eed --insecure --actor-id N"));
+  info.bus.ttl = 0;
+  WriteRunInfo(run, info);
+  EXPECT_THAT(ReadText(run.info_file()), testing::Not(HasSubstr("cairn actor")));
+}
+
 TEST_F(RunDirectoryTest, BrokenInfoIsNamed) {
   const RunDirectory run = RunDirectory::Create(directory_ / "run", "car", "");
   EXPECT_THROW(ReadRunInfo(run), UsageError);

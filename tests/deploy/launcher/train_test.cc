@@ -9,6 +9,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "common/core/check.h"
+#include "deploy/launcher/network.h"
 #include "tests/deploy/launcher/test_support.h"
 
 // `cairn train` with shell scripts beside it in place of planner, learner and actor.
@@ -87,13 +89,74 @@ TEST_F(TrainTest, ProcessesGetTheAgreedCommandLines) {
   const std::string arguments = ReadText(directory_ / "learner.args");
   const auto info = nlohmann::json::parse(ReadText(directory_ / "run/run.json"));
   for (const std::string& word :
-       {"--experiment " + (directory_ / "run/experiment.textproto"), "--run-dir " + (directory_ / "run"),
-        "--run-id " + info.at("run_id").get<std::string>(), std::string("--url-group 239.255.76.67"),
-        "--base-port " + std::to_string(info.at("base_port").get<int>()), std::string("--ttl 0"),
-        std::string("--parent-fd "), std::string("--actors 1"), std::string("--launch-utime-us ")}) {
+       {directory_ / "run/experiment.textproto", "--run-dir " + (directory_ / "run"),
+        "--run-id " + info.at("run_id").get<std::string>(), "--lcm-url " + info.at("lcm_url").get<std::string>(),
+        fmt::format("udpm://239.255.76.67:{}?ttl=0", info.at("base_port").get<int>()), std::string("--parent-fd "),
+        std::string("--actors 1"), std::string("--launch-utime-us ")}) {
     EXPECT_THAT(arguments, HasSubstr(word));
   }
   EXPECT_THAT(ReadText(directory_ / "run/experiment.textproto"), HasSubstr("\nseed: 9\n"));
+  EXPECT_THAT(arguments, testing::Not(HasSubstr("--key")));
+  EXPECT_FALSE(fs::exists(directory_ / "run/key"));
+}
+
+// With ttl 1 there is no private network to fall back to: in one of the test's own.
+class OtherHostsTest : public TrainTest {
+ protected:
+  ProgramResult Train(const std::vector<std::string>& arguments) {
+    const std::string out = directory_ / "out", err = directory_ / "err";
+    ProgramResult result;
+    result.exit_code = InChildProcess([&] {
+      try {
+        EnterPrivateNetwork("239.255.76.67");
+      } catch (const Error&) {
+        return kNotAllowed;
+      }
+      return WaitForProgram(StartProgram(arguments, out, err));
+    });
+    if (result.exit_code != kNotAllowed) result.out = ReadText(out), result.err = ReadText(err);
+    return result;
+  }
+
+  std::string RunId() { return nlohmann::json::parse(ReadText(directory_ / "run/run.json")).at("run_id"); }
+};
+
+TEST_F(OtherHostsTest, RunMakesAKeyForAllItsProcessesAndSaysHowToJoin) {
+  Script("learner", "echo \"$@\" > " + (directory_ / "learner.args"));
+  const ProgramResult result = Train(Arguments({"--set", "transport.ttl=1"}));
+  if (result.exit_code == kNotAllowed) GTEST_SKIP() << "no private network";
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::string key = directory_ / "run/key";
+  EXPECT_EQ(fs::status(key).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+  EXPECT_THAT(ReadText(directory_ / "learner.args"), HasSubstr("--key " + key));
+  EXPECT_THAT(result.out, HasSubstr("experiment.textproto and key"));
+  EXPECT_THAT(result.out, HasSubstr(fmt::format("cairn actor experiment.textproto --lcm-url "
+                                                "'udpm://239.255.76.67:{}?ttl=1' --run-id {} --key key --actor-id N",
+                                                base_port_, RunId())));
+}
+
+TEST_F(OtherHostsTest, ResumedRunKeepsItsKeyUnderANewId) {
+  const ProgramResult first = Train(Arguments({"--set", "transport.ttl=1"}));
+  if (first.exit_code == kNotAllowed) GTEST_SKIP() << "no private network";
+  const std::string key = ReadText(directory_ / "run/key"), run_id = RunId();
+  WriteText(directory_ / "run/checkpoints/checkpoint-1.ckpt", "");
+  Script("learner", "echo \"$@\" > " + (directory_ / "learner.args"));
+  const ProgramResult again =
+      Train({directory_ / "bin/cairn", "train", "--resume", directory_ / "run", "--actors", "1"});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(ReadText(directory_ / "run/key"), key);
+  EXPECT_NE(RunId(), run_id);
+  EXPECT_THAT(ReadText(directory_ / "learner.args"), HasSubstr("--key " + (directory_ / "run/key")));
+}
+
+TEST_F(OtherHostsTest, InsecureMakesNoKeyAndSaysSo) {
+  Script("learner", "echo \"$@\" > " + (directory_ / "learner.args"));
+  const ProgramResult result = Train(Arguments({"--set", "transport.ttl=1", "--insecure"}));
+  if (result.exit_code == kNotAllowed) GTEST_SKIP() << "no private network";
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_FALSE(fs::exists(directory_ / "run/key"));
+  EXPECT_THAT(ReadText(directory_ / "learner.args"), HasSubstr("--insecure"));
+  EXPECT_THAT(result.out, HasSubstr("no key: whoever can send"));
 }
 
 TEST_F(TrainTest, FailedLearnerIsOneLineWithItsLastErrorAndLog) {

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <list>
+#include <unordered_map>
+
+#include "common/bus/plane.h"
+
+namespace cairn {
+
+/// Which counters of one sender were seen: the highest and, as bits, the kSize before it (as in RFC 6479). Frames that
+/// overtake each other pass; a counter seen before, or too old to tell, does not.
+class ReplayWindow {
+ public:
+  static constexpr uint64_t kSize = 1024;
+
+  /// True the first time for each counter that is not `kSize` or more behind the highest so far.
+  bool Accept(uint64_t counter);
+
+ private:
+  // One word more than the window has bits for: it moves by whole words.
+  static constexpr uint64_t kWords = kSize / 64 + 1;
+
+  uint64_t highest_ = 0;
+  std::array<uint64_t, kWords> seen_{};
+};
+
+/// A window for each (plane, session) heard of late. Ask only about frames whose tag was right: others could push true
+/// sessions out. Not thread-safe.
+class ReplayGuard {
+ public:
+  /// Sessions remembered; a longer-silent one is forgotten first. 4096 are 0.8 MB.
+  explicit ReplayGuard(size_t capacity = 4096) : capacity_(capacity) {}
+
+  /// False when the frame was accepted before or is too old to tell.
+  bool Accept(Plane plane, int64_t session, uint64_t counter);
+
+  size_t size() const { return senders_.size(); }
+
+ private:
+  struct Sender {
+    Plane plane = Plane::kExperience;
+    int64_t session = 0;
+    bool operator==(const Sender&) const = default;
+  };
+  struct SenderHash {
+    size_t operator()(const Sender& s) const;
+  };
+  struct Entry {
+    Sender sender;
+    ReplayWindow window;
+  };
+
+  Entry& Find(const Sender& sender);
+
+  size_t capacity_;
+  std::list<Entry> entries_;  // the one heard last in front
+  std::unordered_map<Sender, std::list<Entry>::iterator, SenderHash> senders_;
+};
+
+}  // namespace cairn
