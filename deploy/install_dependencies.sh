@@ -25,7 +25,7 @@ packages=(
   default-jdk-headless default-jre liblcm-java libjchart2d-java
 )
 test_packages=(
-  libgtest-dev libgmock-dev libbenchmark-dev clang-format-14 clang-tidy-14 python3 procps
+  libgtest-dev libgmock-dev libbenchmark-dev clang-14 libclang-rt-14-dev clang-format-14 clang-tidy-14 python3 procps
   # The firewall rules of SECURITY.md.
   nftables
   # A window system without a screen, to look at `cairn spy`.

@@ -229,13 +229,17 @@ std::vector<int64_t> Fleet::Start() {
   for (VehicleRecord& vehicle : vehicles_) {
     if (actors_.contains(vehicle.owner)) continue;
     vehicle.owner = -1;
-    Give(&vehicle, LeastLoaded(-1), &changed);
+    // With everybody leaving it waits for whoever joins next.
+    if (ActorRecord* actor = LeastLoaded(-1)) Give(&vehicle, actor, &changed);
   }
   return changed;
 }
 
 std::vector<int64_t> Fleet::Share(int32_t actor_id) {
   std::vector<int64_t> changed;
+  for (VehicleRecord& vehicle : vehicles_) {
+    if (vehicle.owner == -1) Give(&vehicle, &actors_.at(actor_id), &changed);
+  }
   const int fair = static_cast<int>(vehicles_.size()) / std::max(1, num_joined());
   for (int load = Load(actor_id); load < fair; ++load) {
     auto most = actors_.end();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -31,12 +32,16 @@ class SizeWalker {
 
   void Array(size_t count, size_t element_bytes) { Skip(count * element_bytes); }
 
-  /// A string: length with the final NUL, then the bytes, of which the last must be NUL.
+  /// A string: length with the final NUL, then the bytes, of which the last and no other must be NUL: one inside would
+  /// come back from the decoder and make the encoder count wrong.
   void String() {
     const size_t length = Count();
     ok_ = ok_ && length >= 1;
+    const size_t start = at_;
     Skip(length);
-    ok_ = ok_ && bytes_[at_ - 1] == 0;
+    if (!ok_) return;
+    const std::span<const uint8_t> text = bytes_.subspan(start, length);
+    ok_ = std::find(text.begin(), text.end(), 0) == text.end() - 1;
   }
 
   /// True when everything fitted and nothing is left over.

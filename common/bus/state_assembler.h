@@ -15,9 +15,9 @@ namespace cairn {
 class StateAssembler {
  public:
   void Add(const VehicleStatePiece& piece) {
-    const size_t total = static_cast<size_t>(std::max(piece.total, 0));
-    const size_t end = static_cast<size_t>(std::max(piece.offset, 0)) + piece.data.size();
-    if (total == 0 || total > kMaxBytes || end > total) return;
+    if (piece.total < 1 || piece.offset < 0) return;
+    const auto total = static_cast<size_t>(piece.total);
+    if (total > kMaxBytes || static_cast<size_t>(piece.offset) + piece.data.size() > total) return;
     Partial& partial = partial_[piece.vehicle];
     if (partial.steps != piece.steps || partial.bytes.size() != total) {
       partial = {piece.steps, Bytes(total), std::vector<bool>(total), total};

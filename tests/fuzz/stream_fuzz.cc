@@ -2,6 +2,7 @@
 // receivers that restart and positions made up by a stranger. In the end everything must have come exactly once, in order.
 #include <fuzzer/FuzzedDataProvider.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <deque>
@@ -85,14 +86,14 @@ class Machine {
 
   void Acknowledge() {
     receiver_.Announce(sender_.last_sequence());
-    durable_ = delivered_ / 2;
+    durable_ = std::max(durable_, delivered_ / 2);
     sender_.Acknowledge({receiver_.received(), durable_, window_, 0, receiver_.Gaps(8)}, now_);
   }
 
   // The receiver's process dies; the next one has what was received up to some point behind the durable one.
   void Restart(int64_t received) {
     receiver_ = ReliableReceiver<int64_t>(received);
-    delivered_ = received;
+    delivered_ = durable_ = received;  // it is what a checkpoint held
     wire_.clear();
     Expect(sender_.Rewind(received, now_));
   }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "common/bus/frame.h"
 #include "common/bus/state_assembler.h"
 #include "common/core/random.h"
@@ -194,6 +196,15 @@ TEST(CodecTest, EveryMessageSurvivesTruncationAndBitFlips) {
   SurvivesDamage(LearnerTelemetry{.env_steps = 3, .phase = "training"});
   SurvivesDamage(ActorTelemetry{.actor_id = 3});
   SurvivesDamage(PlannerTelemetry{.num_vertices = 3});
+}
+
+TEST(CodecTest, ATextWithNulInsideIsRefused) {
+  Hello hello;
+  hello.git_revision = "abcd";
+  Bytes bytes = Encode(hello);
+  ASSERT_TRUE(Decode<Hello>(bytes));
+  *(std::search(bytes.begin(), bytes.end(), hello.git_revision.begin(), hello.git_revision.end()) + 1) = 0;
+  EXPECT_FALSE(Decode<Hello>(bytes));
 }
 
 TEST(CodecTest, RandomBytesAreRefused) {
