@@ -6,6 +6,38 @@
 #include "common/core/check.h"
 
 namespace cairn::learner {
+namespace {
+
+bool GoesOn(const Segment& a, const Segment& b) {
+  return a.vehicle == b.vehicle && a.episode == b.episode && a.end == SegmentEnd::kNone &&
+         b.first_step == a.first_step + a.num_steps() && a.policy_version == b.policy_version &&
+         a.table_hash == b.table_hash;
+}
+
+void Append(const Segment& next, Segment* segment) {
+  const auto observation = next.observations.size() / (next.rewards.size() + 1);  // the one at the seam stands in both
+  segment->observations.insert(segment->observations.end(),
+                               next.observations.begin() + static_cast<std::ptrdiff_t>(observation),
+                               next.observations.end());
+  segment->actions.insert(segment->actions.end(), next.actions.begin(), next.actions.end());
+  segment->rewards.insert(segment->rewards.end(), next.rewards.begin(), next.rewards.end());
+  segment->end = next.end;
+}
+
+// What was split to fit messages becomes one again, so that windows of n steps do not depend on their size.
+void JoinPieces(std::vector<Segment>* segments) {
+  size_t last = 0;
+  for (size_t i = 1; i < segments->size(); ++i) {
+    if (GoesOn((*segments)[last], (*segments)[i])) {
+      Append((*segments)[i], &(*segments)[last]);
+    } else if (++last != i) {
+      (*segments)[last] = std::move((*segments)[i]);
+    }
+  }
+  if (!segments->empty()) segments->resize(last + 1);
+}
+
+}  // namespace
 
 int64_t OpenRounds::Grant(int steps, int extra, int64_t policy_version, bool warm_up, bool save) {
   CAIRN_CHECK(rounds_.empty() || rounds_.back().grant.extra == 0, "only the last round has extra steps");
@@ -79,6 +111,7 @@ Harvest OpenRounds::TakeFront() {
   const auto by_vehicle = [](const auto& a, const auto& b) { return a.vehicle < b.vehicle; };
   std::stable_sort(harvest.segments.begin(), harvest.segments.end(), by_vehicle);
   std::stable_sort(harvest.episodes.begin(), harvest.episodes.end(), by_vehicle);
+  JoinPieces(&harvest.segments);
   return harvest;
 }
 

@@ -1,4 +1,5 @@
-// A checkpoint file's bytes. Half of the inputs become the body of a frame that is sound, so that the fuzzer gets past it.
+// A checkpoint file's bytes. Half of the inputs become the body of a frame that is sound, so that the fuzzer gets past
+// it.
 #include <cstdint>
 #include <cstring>
 #include <string>

@@ -1,5 +1,5 @@
-// The learner's books under any sequence of hellos, statuses, segments, departures and deaths: no crash, and every vehicle's
-// accepted steps continue each other.
+// The learner's books under any sequence of hellos, statuses, segments, departures and deaths: no crash, and every
+// vehicle's accepted steps continue each other.
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// A datagram as it comes from the network, to a process with a key and to one without. What a sealed input becomes with one
-// bit flipped must be refused.
+// A datagram as it comes from the network, to a process with a key and to one without. What a sealed input becomes with
+// one bit flipped must be refused.
 #include <cstdint>
 #include <cstdlib>
 

@@ -1,5 +1,5 @@
-// One message type (CAIRN_FUZZ_MESSAGE): whatever the bytes, decoding neither crashes nor allocates more than the message is
-// long by orders of magnitude, and what it accepts survives being encoded and decoded again.
+// One message type (CAIRN_FUZZ_MESSAGE): whatever the bytes, decoding neither crashes nor allocates more than the
+// message is long by orders of magnitude, and what it accepts survives being encoded and decoded again.
 #include <cstdint>
 #include <cstdlib>
 

@@ -46,7 +46,8 @@ Control MakeControl() {
 void WriteAll(const std::filesystem::path& d) {
   Write(d, "Echo", Echo{5, 16});
   Write(d, "Hello", Hello{.session = 1, .git_revision = "abc", .isa = "cpx"});
-  Write(d, "Welcome", Welcome{.vehicle = {1}, .next_episode = {2}, .steps_done = {3}, .state_bytes = {4}, .reason = "x"});
+  Write(d, "Welcome",
+        Welcome{.vehicle = {1}, .next_episode = {2}, .steps_done = {3}, .state_bytes = {4}, .reason = "x"});
   Write(d, "AssignedState", AssignedState{1, 2, 3, {1, 2, 3, 0, {1, 2, 3}}});
   Write(d, "ActorStatus", ActorStatus{.session = 1});
   Write(d, "Experience", MakeExperience());

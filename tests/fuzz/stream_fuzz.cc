@@ -1,5 +1,6 @@
-// The reliable stream between a sender and a receiver over a wire that loses, doubles and reorders as the input says, with
-// receivers that restart and positions made up by a stranger. In the end everything must have come exactly once, in order.
+// The reliable stream between a sender and a receiver over a wire that loses, doubles and reorders as the input says,
+// with receivers that restart and positions made up by a stranger. In the end everything must have come exactly once,
+// in order.
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include <algorithm>
@@ -63,12 +64,13 @@ class Machine {
       case 5:
         return Acknowledge();
       case 6:  // stale or foreign: behind what was received, or never sent
-        return sender_.Acknowledge({input->ConsumeBool() ? 0 : sender_.next_sequence() + input->ConsumeIntegral<uint8_t>(),
-                                    0,
-                                    window_,
-                                    0,
-                                    {{input->ConsumeIntegral<int64_t>(), input->ConsumeIntegral<int64_t>()}}},
-                                   now_);
+        return sender_.Acknowledge(
+            {input->ConsumeBool() ? 0 : sender_.next_sequence() + input->ConsumeIntegral<uint8_t>(),
+             0,
+             window_,
+             0,
+             {{input->ConsumeIntegral<int64_t>(), input->ConsumeIntegral<int64_t>()}}},
+            now_);
       case 7:
         window_ = input->ConsumeIntegral<uint16_t>();
         return;

@@ -97,5 +97,33 @@ TEST(OpenRoundsTest, KeepsTheBooksOfAVehicleAsTheyWereAtTheEndOfARoundThatAsksFo
   EXPECT_EQ(first.vehicles[0].next_step, 12);
 }
 
+TEST(OpenRoundsTest, WhatWasSplitToFitMessagesBecomesOneSegment) {
+  const auto piece = [](int episode, int first_step, std::vector<float> observations, SegmentEnd end) {
+    Segment s;
+    s.episode = episode;
+    s.first_step = first_step;
+    s.end = end;
+    s.actions.assign(2 * (observations.size() - 1), static_cast<float>(first_step));
+    s.rewards.assign(observations.size() - 1, static_cast<float>(first_step));
+    s.observations = std::move(observations);
+    return s;
+  };
+  OpenRounds rounds(1);
+  rounds.Grant(6, 0, 0, false);
+  EXPECT_TRUE(rounds.Add(piece(0, 4, {1, 2, 3}, SegmentEnd::kNone), 0));
+  EXPECT_TRUE(rounds.Add(piece(0, 6, {3, 4}, SegmentEnd::kTruncated), 2));
+  EXPECT_TRUE(rounds.Add(piece(1, 0, {7, 8}, SegmentEnd::kNone), 3));
+  EXPECT_TRUE(rounds.Add(piece(1, 1, {8, 9}, SegmentEnd::kNone), 4));
+  EXPECT_TRUE(rounds.Add(piece(1, 2, {9, 5}, SegmentEnd::kNone), 5));
+  const Harvest harvest = rounds.TakeFront();
+  ASSERT_EQ(harvest.segments.size(), 2u);
+  EXPECT_EQ(harvest.segments[0].observations, (std::vector<float>{1, 2, 3, 4}));
+  EXPECT_EQ(harvest.segments[0].rewards, (std::vector<float>{4, 4, 6}));
+  EXPECT_EQ(harvest.segments[0].actions.size(), 6u);
+  EXPECT_EQ(harvest.segments[0].end, SegmentEnd::kTruncated);
+  EXPECT_EQ(harvest.segments[1].observations, (std::vector<float>{7, 8, 9, 5}));
+  EXPECT_EQ(harvest.segments[1].first_step, 0);
+}
+
 }  // namespace
 }  // namespace cairn::learner
