@@ -258,6 +258,7 @@ void RunReport::Finish(const RunCounters& counters, const RunResult& result) {
   json["messages_sent"] = counters.stream.messages_sent;
   json["messages_resent"] = counters.stream.messages_resent;
   json["messages_duplicate"] = counters.stream.stream_duplicates;
+  json["frames_refused"] = counters.stream.refused;
   json["stream_latency_s"] = counters.stream.stream_latency_s;
   json["credit_wait_s"] = counters.stream.credit_wait_s;
   json["seed"] = experiment_.seed;

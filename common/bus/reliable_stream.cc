@@ -11,7 +11,7 @@ namespace {
 constexpr size_t kSendUsOffset = 16;  // behind fingerprint and utime
 constexpr int kMaxBackOff = 5;
 constexpr double kLeastHoldUs = 1e3;     // before what is missing is sent again
-constexpr double kLeastTimeoutUs = 2e4;  // before a probe
+constexpr double kLeastTimeoutUs = 1e5;  // before a probe: a receiver on a busy machine may be away for some time
 
 void StampSendUs(int64_t send_us, Bytes* message) {
   for (size_t i = 0; i < 8; ++i) {

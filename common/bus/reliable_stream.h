@@ -45,7 +45,7 @@ class ReliableSender {
   bool Rewind(int64_t received, TimePoint now);
 
   /// Sends what the window allows; sends the oldest unacknowledged message again when it has waited too long (smoothed
-  /// round trip + 4 deviations, doubled per try, 20 ms … 1 s).
+  /// round trip + 4 deviations, doubled per try, 100 ms … 1 s).
   void Poll(TimePoint now);
 
   int64_t next_sequence() const { return base_ + static_cast<int64_t>(ring_.size()); }

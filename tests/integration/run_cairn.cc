@@ -2,7 +2,9 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <signal.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,6 +14,7 @@
 #include <sstream>
 
 #include "common/core/check.h"
+#include "common/core/clock.h"
 
 namespace cairn::testing {
 
@@ -58,6 +61,19 @@ int Program::Wait() {
   waitpid(pid_, &status, 0);
   status_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   return status_;
+}
+
+bool WaitUntil(const Program& program, const std::function<bool()>& reached) {
+  const int pidfd = static_cast<int>(syscall(SYS_pidfd_open, program.pid(), 0));
+  bool done = false;
+  const TimePoint deadline = Clock::now() + std::chrono::seconds(60);
+  while (!done && Clock::now() < deadline) {
+    pollfd ended{pidfd, POLLIN, 0};
+    if (poll(&ended, 1, 10) > 0) break;
+    done = reached();
+  }
+  close(pidfd);
+  return done;
 }
 
 int RunCairn(const std::vector<std::string>& arguments, const std::filesystem::path& log,

@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -41,6 +42,10 @@ class Program {
   pid_t pid_ = -1;
   int status_ = -1;
 };
+
+/// Waits until `reached` or the program's end, a minute at most; false when it did not come to that. No sleep: a
+/// bounded wait on the program.
+bool WaitUntil(const Program& program, const std::function<bool()>& reached);
 
 /// Runs `cairn …` to its end; returns its exit status. Its output is in `log`.
 int RunCairn(const std::vector<std::string>& arguments, const std::filesystem::path& log,

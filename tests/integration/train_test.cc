@@ -124,21 +124,6 @@ TEST_F(TrainTest, Td3WithoutOverlapRuns) {
   EXPECT_EQ(ReadJson(Dir("run") / "summary.json")["policy_lag_mean"], 0.0);
 }
 
-// Waits until `reached`; no sleep, a bounded wait on the launcher's own end.
-template <typename Reached>
-bool WaitUntil(const Program& program, const Reached& reached) {
-  const int pidfd = static_cast<int>(syscall(SYS_pidfd_open, program.pid(), 0));
-  bool done = false;
-  const TimePoint deadline = Clock::now() + std::chrono::seconds(60);
-  while (!done && Clock::now() < deadline) {
-    pollfd ended{pidfd, POLLIN, 0};
-    if (poll(&ended, 1, 10) > 0) break;
-    done = reached();
-  }
-  close(pidfd);
-  return done;
-}
-
 // Until a run has written its first episodes, so that it is in the middle of training.
 bool WaitForTraining(const std::filesystem::path& run_dir, const Program& program) {
   return WaitUntil(program, [&] {

@@ -34,6 +34,7 @@ cleanup() {
   rm -rf "$work"
 }
 trap cleanup EXIT
+trap "exit 1" INT TERM
 passed=0
 failed=0
 check() { # name, condition's exit status, what was seen

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Three hosts on one machine: network namespaces behind a bridge, ttl 1, messages of at most 1400 bytes, keyed frames, and
 # packets lost at random on every host's way in. Learner and planner on one, two actors on each of the others. Whatever the
-# loss, replay must hold every transition exactly once (compared by content), the car must learn its maze, and no more may
-# be sent again than 1.3 times what was lost. Without loss the stream's goodput is held against plain LCM.
+# loss, replay must hold every transition exactly once (compared by content), the weights must be those of a run on one host,
+# the car must learn its maze, and no more may be sent again than 1.3 times what was lost. Without loss the stream's goodput is held against plain LCM.
 #   multihost.sh BIN_DIR [--loss "0 1 5", in percent] [--steps N, default 250000] [--success S, default 0.97]
 #                [--vehicle KIND] [--goodput RUNS, default 5; 0: none]
 # Needs root, network namespaces and nft. Last line: "N passed, M failed".
@@ -41,6 +41,7 @@ cleanup() {
   rm -rf "$work"
 }
 trap cleanup EXIT
+trap "exit 1" INT TERM
 passed=0
 failed=0
 check() { # name, condition's exit status, what was seen
@@ -59,13 +60,14 @@ on() { # host, command …
   ip netns exec "$host" "$@"
 }
 
+command -v nft > /dev/null || { echo "multihost.sh: nft is not installed"; exit 77; }
 # The switch is a namespace of its own, so that nothing touches this machine's network.
-ip netns add "$name-s" && ip netns exec "$name-s" ip link add br type bridge mcast_snooping 0 &&
-  ip netns exec "$name-s" ip link set br up || { echo "multihost.sh: no network namespaces here"; exit 77; }
+ip netns add "$name-s" && ip netns exec "$name-s" ip link add name sw type bridge mcast_snooping 0 &&
+  ip netns exec "$name-s" ip link set sw up || { echo "multihost.sh: no network namespaces here"; exit 77; }
 for i in 0 1 2; do
   ip netns add "$name-$i"
   ip link add "v$i" netns "$name-$i" type veth peer name "p$i" netns "$name-s"
-  ip netns exec "$name-s" ip link set "p$i" master br up
+  ip netns exec "$name-s" ip link set "p$i" master sw up
   on $i ip link set lo up
   on $i ip link set "v$i" up
   on $i ip addr add "10.99.0.$((i + 1))/24" dev "v$i"
@@ -83,15 +85,18 @@ lose() { # percent
   done
 }
 
+# The file as the learner's host has it, copied to the others with the key.
+file=$work/experiment.textproto
+sed -e "s/kind: WHEELED_CAR.*/kind: $vehicle/" -e "s/^total_env_steps: .*/total_env_steps: $steps/" \
+  "$source_dir/deploy/experiments/car_maze.textproto" > "$file"
+on 0 "$bin/cairn" train "$file" --run-dir "$work/one" --quiet > "$work/one.log" 2>&1
+expected=$(value weights_crc32c "$work/one/summary.json")
+
 port=7800
 run() { # percent
   local loss=$1 run_dir=$work/run$1 audit=$work/audit$1 id status
   mkdir -p "$run_dir" "$audit"
   port=$((port + 10))
-  # The file as the learner's host has it, copied to the others with the key.
-  local file=$work/experiment$1.textproto
-  sed -e "s/kind: WHEELED_CAR.*/kind: $vehicle/" -e "s/^total_env_steps: .*/total_env_steps: $steps/" \
-    "$source_dir/deploy/experiments/car_maze.textproto" > "$file"
   (umask 077 && od -An -N32 -tx1 /dev/urandom | tr -d ' \n' > "$work/key" && echo >> "$work/key")
   local common=("$file" --lcm-url "udpm://239.255.76.67:$port?ttl=1" --run-id "$RANDOM$RANDOM" --key "$work/key")
   lose "$loss"
@@ -109,6 +114,9 @@ run() { # percent
   check "$loss %: the run ends" "$status" "exit $status, $(value wall_s "$summary") s"
   check "$loss %: success" "$(awk "BEGIN { print !($(value success_rate "$summary") >= $least) }")" \
     "$(value success_rate "$summary")"
+  local weights
+  weights=$(value weights_crc32c "$summary")
+  check "$loss %: the weights of a run on one host" "$([[ -n $expected && $weights == "$expected" ]]; echo $?)" "$weights"
   local replay made
   replay=$(sort "$audit"/learner-*.audit | md5sum)
   made=$(sort "$audit"/actor-*.audit | md5sum)
