@@ -36,7 +36,10 @@ pids=()
 cleanup() {
   for pid in "${pids[@]}"; do kill -KILL "$pid" 2> /dev/null; done
   wait 2> /dev/null
-  for i in 0 1 2; do ip netns del "$name-$i" 2> /dev/null; done
+  for i in 0 1 2; do
+    ip netns pids "$name-$i" 2> /dev/null | xargs -r kill -KILL 2> /dev/null
+    ip netns del "$name-$i" 2> /dev/null
+  done
   ip netns del "$name-s" 2> /dev/null
   rm -rf "$work"
 }
@@ -101,10 +104,12 @@ run() { # percent
   local common=("$file" --lcm-url "udpm://239.255.76.67:$port?ttl=1" --run-id "$RANDOM$RANDOM" --key "$work/key")
   lose "$loss"
   pids=()
-  on 0 "$bin/cairn" planner "${common[@]}" > "$run_dir/planner.log" 2>&1 &
+  # Not by way of `on`: the process's own number is wanted.
+  ip netns exec "$name-0" "$bin/cairn" planner "${common[@]}" > "$run_dir/planner.log" 2>&1 &
   pids+=($!)
   for id in 0 1 2 3; do
-    CAIRN_AUDIT_DIR=$audit on $((1 + id / 2)) "$bin/cairn" actor "${common[@]}" --actor-id "$id" > "$run_dir/actor-$id.log" 2>&1 &
+    CAIRN_AUDIT_DIR=$audit ip netns exec "$name-$((1 + id / 2))" "$bin/cairn" actor "${common[@]}" --actor-id "$id" \
+      > "$run_dir/actor-$id.log" 2>&1 &
     pids+=($!)
   done
   CAIRN_AUDIT_DIR=$audit timeout 900 ip netns exec "$name-0" "$bin/cairn" learner "${common[@]}" --run-dir "$run_dir" \
@@ -131,6 +136,9 @@ run() { # percent
   kill "${pids[@]}" 2> /dev/null
   wait "${pids[@]}" 2> /dev/null
   pids=()
+  local left
+  left=$(for i in 0 1 2; do ip netns pids "$name-$i"; done | wc -l)
+  check "$loss %: no process left" "$left" "$left"
 }
 
 for loss in $losses; do run "$loss"; done
