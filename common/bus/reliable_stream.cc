@@ -11,7 +11,7 @@ namespace {
 constexpr size_t kSendUsOffset = 16;  // behind fingerprint and utime
 constexpr int kMaxBackOff = 5;
 constexpr double kLeastHoldUs = 1e3;     // before what is missing is sent again
-constexpr double kLeastTimeoutUs = 2e4;  // before a probe
+constexpr double kLeastTimeoutUs = 4e4;  // before a probe; acknowledgements may be held back for 20 ms
 
 void StampSendUs(int64_t send_us, Bytes* message) {
   for (size_t i = 0; i < 8; ++i) {
@@ -68,7 +68,7 @@ bool ReliableSender::Rewind(int64_t received, TimePoint now) {
 }
 
 void ReliableSender::Poll(TimePoint now) {
-  if (received_ + 1 < next_ && now - entry(received_ + 1).sent_at > RoundTrip(tries_, kLeastTimeoutUs)) {
+  if (now > next_probe()) {
     Send(&entry(received_ + 1), now);
     tries_ = std::min(tries_ + 1, kMaxBackOff);
   }
@@ -79,6 +79,11 @@ void ReliableSender::Poll(TimePoint now) {
     Send(&next, now);
     outstanding_bytes_ += Size(next.message);
   }
+}
+
+TimePoint ReliableSender::next_probe() const {
+  if (received_ + 1 >= next_) return TimePoint::max();
+  return entry(received_ + 1).sent_at + RoundTrip(tries_, kLeastTimeoutUs);
 }
 
 void ReliableSender::Send(Entry* entry, TimePoint now) {
