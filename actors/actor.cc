@@ -19,9 +19,14 @@ using std::chrono::milliseconds;
 
 constexpr auto kHelloInterval = milliseconds(100);
 constexpr auto kWaitingStatus = milliseconds(20);
+constexpr auto kUnheardStatus = milliseconds(60);  // ASYNC, while messages are on the way: they are probed for, too
+constexpr auto kQuietStatus = milliseconds(250);
 constexpr auto kIdleStatus = milliseconds(1000);
+constexpr auto kShortWait = milliseconds(5);
+constexpr auto kLongWait = milliseconds(50);       // how late a stop may be seen
 constexpr auto kFlushInterval = milliseconds(50);  // ASYNC: no transition is older than this when it leaves
 constexpr int kAsyncSegmentSteps = 10;
+constexpr auto kRollTime = milliseconds(1);             // ASYNC: without looking at what came in
 constexpr auto kIdTakenPatience = milliseconds(5000);   // a dead holder is forgotten after three seconds
 constexpr auto kUnlistedPatience = milliseconds(1500);  // frames without this actor, from a learner that it has joined
 constexpr auto kLeavePatience = milliseconds(3000);
@@ -72,12 +77,27 @@ Actor::End Actor::Run() {
         Join(start) && ReceiveTable() && (Evaluate() || (control_->lockstep ? RollRounds() : RollCredit()));
     const TimePoint now = Clock::now();
     if (worked) busy_s_ += std::chrono::duration<double>(now - start).count();
-    SendStatus(now, worked ? Duration(kIdleStatus) : Duration(kWaitingStatus));
+    SendStatus(now, worked ? Duration(kIdleStatus) : StatusInterval());
     SendTelemetry(now);
-    wait = worked ? Duration::zero() : Duration(milliseconds(5));
+    wait = worked ? Duration::zero() : Wait(now);
     waiting_since = now;
   }
   return End::kFinished;
+}
+
+// While the learner may have to act on it, often; else often enough not to be called silent.
+Duration Actor::StatusInterval() const {
+  if (!running() || leaving_ || wanted_policy_version_ >= 0) return kWaitingStatus;
+  if (!stream_.idle()) return control_->lockstep ? kWaitingStatus : kUnheardStatus;
+  const auto silence = std::chrono::duration<double>(experiment_.lockstep.actor_timeout_s / 4);
+  return std::min<Duration>(kQuietStatus, std::chrono::duration_cast<Duration>(silence));
+}
+
+// Until something is due here; what comes in ends the wait.
+Duration Actor::Wait(TimePoint now) const {
+  if (!running() || leaving_) return kShortWait;
+  const TimePoint due = std::min({now + kLongWait, last_status_ + StatusInterval(), stream_.next_probe()});
+  return std::max<Duration>(due - now, milliseconds(1));
 }
 
 // Nothing is left here, and the learner knows it; or nobody answers.
@@ -278,15 +298,24 @@ bool Actor::RollRound(const Control::Round& round) {
   return true;
 }
 
-// One step of as many vehicles as the credit pays for; what is open leaves when it is long or old enough, or when the
-// credit ends, so that the learner never waits for something that lies here.
+// What is open leaves when it is long or old enough, or when the credit ends, so that the learner never waits for
+// something that lies here.
 bool Actor::RollCredit() {
+  const TimePoint start = Clock::now();
+  bool rolled = false;
+  while (Clock::now() - start < kRollTime && RollStep()) rolled = true;
+  return rolled;
+}
+
+// One step of as many vehicles as the credit pays for.
+bool Actor::RollStep() {
   const TimePoint now = Clock::now();
   const bool end_of_credit = !me_ || me_->credit <= rollout_.env_steps();
   if (end_of_credit || now - last_flush_ > kFlushInterval ||
-      rollout_.env_steps() % (int64_t{kAsyncSegmentSteps} * std::max(1, rollout_.num_vehicles())) == 0) {
+      rollout_.env_steps() - flushed_steps_ >= int64_t{kAsyncSegmentSteps} * rollout_.num_vehicles()) {
     SendExperience();
     last_flush_ = now;
+    flushed_steps_ = rollout_.env_steps();
     const bool newest = UsePolicy(control_->policy_version);
     if (!newest && (policy_in_use_ < 0 || policy_incarnation_ != incarnation_)) return false;
   }

@@ -56,12 +56,15 @@ class Actor {
   bool Join(TimePoint now);
   bool Left(TimePoint now);
   void CheckMembership(TimePoint now);
+  Duration StatusInterval() const;
+  Duration Wait(TimePoint now) const;
   bool ReceiveTable();
   bool TakeAssignment();
   std::vector<SavedVehicle> SaveVehicles() const;
   bool RollRounds();
   bool RollRound(const Control::Round& round);
   bool RollCredit();
+  bool RollStep();
   bool Evaluate();
   // What goes out.
   void SendExperience(bool with_states = false);
@@ -115,6 +118,7 @@ class Actor {
   Duration waited_{};  // with nothing to do, since it joined
   TimePoint last_status_{};
   TimePoint last_flush_{};
+  int64_t flushed_steps_ = 0;
   TimePoint last_telemetry_{};
   int64_t telemetry_env_steps_ = 0;
   double busy_s_ = 0;  // since the last telemetry

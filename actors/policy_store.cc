@@ -27,6 +27,9 @@ bool PolicyStore::Add(const PolicyChunk& chunk) {
   if (chunk.incarnation != incarnation_ || chunk.total != num_parameters_ || complete_.contains(chunk.version)) {
     return false;
   }
+  if (chunk.offset == 0 && static_cast<int>(chunk.parameters.size()) == num_parameters_) {
+    return Complete(chunk.version, chunk.parameters, chunk.parameters_crc);
+  }
   Partial& partial = partial_[chunk.version];
   if (partial.parameters.empty()) {
     partial.parameters.resize(static_cast<size_t>(num_parameters_));
@@ -45,8 +48,13 @@ bool PolicyStore::Add(const PolicyChunk& chunk) {
   }
   std::vector<float> parameters = std::move(partial.parameters);
   partial_.erase(chunk.version);
-  if (Crc32c(parameters.data(), parameters.size() * sizeof(float)) != chunk.parameters_crc) return false;
-  complete_[chunk.version] = std::move(parameters);
+  return Complete(chunk.version, std::move(parameters), chunk.parameters_crc);
+}
+
+bool PolicyStore::Complete(int64_t version, std::vector<float> parameters, uint32_t crc) {
+  if (Crc32c(parameters.data(), parameters.size() * sizeof(float)) != crc) return false;
+  partial_.erase(version);
+  complete_[version] = std::move(parameters);
   DropOldest(&complete_, kMaxVersions, pinned_);
   return true;
 }

@@ -37,6 +37,8 @@ class PolicyStore {
   };
   static constexpr size_t kMaxVersions = 6;
 
+  bool Complete(int64_t version, std::vector<float> parameters, uint32_t crc);
+
   int num_parameters_;
   int64_t incarnation_ = 0;
   int64_t pinned_ = -1;

@@ -15,6 +15,8 @@ using std::chrono::milliseconds;
 
 constexpr auto kMinControlGap = milliseconds(5);  // 200 Hz at most
 constexpr auto kReannounce = milliseconds(20);    // until acted on
+constexpr auto kCreditPatience = milliseconds(50);
+constexpr int kCreditSteps = 10;  // of each vehicle: a whole segment
 constexpr auto kIdleAnnounce = milliseconds(1000);
 constexpr auto kWelcomeResendGap = milliseconds(50);
 constexpr auto kSearchAnnounce = milliseconds(50);  // while nobody has joined
@@ -23,6 +25,14 @@ constexpr int kControlHeadBytes = 300;              // of a control frame with t
 constexpr int kControlActorBytes = 60;
 constexpr int kControlGapBytes = 20;
 constexpr size_t kMaxGaps = 64;  // in one control frame
+
+int64_t NumBytes(const Experience& experience) {
+  size_t floats = 0;
+  for (const Segment& s : experience.segments) floats += s.observations.size() + s.actions.size() + s.rewards.size();
+  size_t bytes = floats * sizeof(float) + 64 * (1 + experience.segments.size() + experience.episodes.size());
+  for (const VehicleStatePiece& piece : experience.states) bytes += piece.data.size();
+  return static_cast<int64_t>(bytes);
+}
 
 }  // namespace
 
@@ -214,7 +224,7 @@ void Coordinator::OnExperience(Experience&& experience) {
   }
   actor->last_heard = Clock::now();
   actor->echo_us = experience.send_us;
-  dirty_ = true;
+  actor->unannounced_bytes += NumBytes(experience);
   using Verdict = ReliableReceiver<Experience>::Verdict;
   const int64_t sequence = experience.sequence;
   if (actor->stream.Accept(sequence, std::move(experience)) == Verdict::kDuplicate) ++counters_.stream_duplicates;
@@ -222,6 +232,8 @@ void Coordinator::OnExperience(Experience&& experience) {
     Accept(actor, std::move(*next));
     news_ = true;
   }
+  // In ASYNC an acknowledgement can wait for the next frame, which comes soon, while nothing waits for it.
+  dirty_ = dirty_ || control_.lockstep || 4 * actor->unannounced_bytes > Window() || !actor->stream.Gaps(1).empty();
 }
 
 void Coordinator::Accept(ActorRecord* actor, Experience experience) {
@@ -321,6 +333,10 @@ void Coordinator::PublishPolicy(int64_t version, std::span<const float> paramete
   control_.policy_version = version;
   KeepPolicy(version, parameters);
   dirty_ = true;
+  if (control_.lockstep || control_.phase != Control::Phase::kRunning) return;
+  // Policy, credit and acknowledgements together: each actor wakes once for all of them.
+  DistributeCredit(EnoughCredit() / 2);
+  SendControl(Clock::now());
 }
 
 void Coordinator::KeepPolicy(int64_t version, std::span<const float> parameters) {
@@ -358,13 +374,18 @@ void Coordinator::SetAllowed(int64_t allowed, bool warm_up) {
   const std::lock_guard lock(mutex_);
   control_.warm_up = warm_up;
   allowed_ = std::max(allowed_, std::min(allowed, experiment_.total_env_steps));
-  DistributeCredit();
+  DistributeCredit(EnoughCredit());
+}
+
+// Small shares make small messages and many frames, which all actors hear.
+int64_t Coordinator::EnoughCredit() const {
+  return std::min<int64_t>(int64_t{kCreditSteps} * experiment_.num_vehicles, experiment_.async.error_buffer / 3);
 }
 
 // What is allowed and neither accepted nor granted goes to the sessions that have least left of what they were given,
 // so that one that hangs does not gather it all. Credit never shrinks, so the sum of accepted and granted can never
 // pass `allowed_`, and a run ends exactly at its total.
-void Coordinator::DistributeCredit() {
+void Coordinator::DistributeCredit(int64_t enough) {
   int64_t unused = 0;
   int64_t committed = retired_accepted_;
   for (const auto& [id, actor] : fleet_.actors()) {
@@ -373,6 +394,10 @@ void Coordinator::DistributeCredit() {
   }
   int64_t free = allowed_ - committed;
   if (free <= 0 || fleet_.num_joined() == 0) return;
+  // What is free gathers, never for long.
+  const TimePoint now = Clock::now();
+  if (free < enough && allowed_ < experiment_.total_env_steps && now - credited_ < kCreditPatience) return;
+  credited_ = now;
   // The level to which each is filled up; what rounding leaves goes to the first.
   const int64_t level = (unused + free) / fleet_.num_joined() + 1;
   for (auto& [id, actor] : fleet_.actors()) {
@@ -460,6 +485,8 @@ void Coordinator::AnnounceIfDue(TimePoint now) {
   }
 }
 
+int64_t Coordinator::Window() const { return bus_->receive_buffer_bytes() / 2 / std::max(1, fleet_.num_joined()); }
+
 Control::Actor Coordinator::PositionOf(const ActorRecord& actor, int rank, size_t* gaps_left) const {
   const int n = fleet_.num_joined();
   const auto [first, end] = evaluations_.Share(rank, n);
@@ -469,7 +496,7 @@ Control::Actor Coordinator::PositionOf(const ActorRecord& actor, int rank, size_
   position.received = actor.stream.received();
   position.durable = keeps_ ? actor.durable : position.received;
   position.credit = actor.credit;
-  position.window = bus_->receive_buffer_bytes() / 2 / n;
+  position.window = Window();
   position.echo_us = actor.echo_us;
   position.evaluation_first = first;
   position.evaluation_count = end - first;
@@ -492,7 +519,8 @@ void Coordinator::SendControl(TimePoint now) {
     gaps_left = kMaxGaps;
   };
   control_.actors.clear();
-  for (const auto& [id, actor] : fleet_.actors()) {
+  for (auto& [id, actor] : fleet_.actors()) {
+    actor.unannounced_bytes = 0;
     if (!actor.joined) continue;
     if (used + kControlActorBytes > room) send();
     size_t gaps = std::min(gaps_left, static_cast<size_t>((room - used - kControlActorBytes) / kControlGapBytes));

@@ -67,7 +67,8 @@ class Coordinator final : public Evaluator {
   /// timing or on the number of actors. Nullopt when stopped.
   std::optional<Harvest> WaitRound();
 
-  /// ASYNC: total transitions that may be made so far; never lower than before.
+  /// ASYNC: total transitions that may be made so far; never lower than before. Call it often: small amounts are not
+  /// given at once, but when enough has gathered or after 50 ms.
   void SetAllowed(int64_t allowed, bool warm_up);
 
   /// ASYNC: what has come in since the last call, in order of arrival; waits up to `timeout` for something.
@@ -108,9 +109,11 @@ class Coordinator final : public Evaluator {
   void AcceptStates(const ActorRecord& actor, const Experience& experience);
   void SendWelcome(ActorRecord* actor, TimePoint now);
   void AnnounceEvaluation();
-  void DistributeCredit();
+  int64_t EnoughCredit() const;
+  void DistributeCredit(int64_t enough);
   void GiveUpSilentActors(TimePoint now);
   Control::Actor PositionOf(const ActorRecord& actor, int rank, size_t* gaps_left) const;
+  int64_t Window() const;  // bytes that one actor may have on the way
   void KeepPolicy(int64_t version, std::span<const float> parameters);
   void SendControl(TimePoint now);
   void AnnounceIfDue(TimePoint now);
@@ -133,6 +136,7 @@ class Coordinator final : public Evaluator {
   Harvest harvest_;        // ASYNC: not taken yet
   EvaluationQueue evaluations_;
   int64_t allowed_ = 0;
+  TimePoint credited_{};          // when credit was last given
   int64_t retired_accepted_ = 0;  // transitions of sessions that are gone
   bool keeps_ = false;
   TimePoint started_{};

@@ -26,9 +26,10 @@ struct ActorRecord {
   TimePoint last_heard{};
   TimePoint welcomed{};  ///< when its assignment was last sent
   int64_t echo_us = 0;
-  int64_t durable = 0;   ///< stream position that a checkpoint holds
-  int64_t accepted = 0;  ///< transitions accepted from this session
-  int64_t credit = 0;    ///< ASYNC: transitions it may have made in all
+  int64_t unannounced_bytes = 0;  ///< received since the last control frame
+  int64_t durable = 0;            ///< stream position that a checkpoint holds
+  int64_t accepted = 0;           ///< transitions accepted from this session
+  int64_t credit = 0;             ///< ASYNC: transitions it may have made in all
 
   /// It has acted on its newest assignment, and what it had made before has come in.
   bool settled() const { return status.assignment >= assignment && stream.received() >= status.last_sequence; }

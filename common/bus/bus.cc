@@ -78,7 +78,8 @@ struct Bus::Link {
     if (current) return *current;
     // A datagram without NUL in the channel arrives with a size near 2^32.
     const bool sane = buffer->data_size <= 64u << 20;
-    current = bus->seal_.Open(plane, {static_cast<const uint8_t*>(buffer->data), sane ? buffer->data_size : 0});
+    current =
+        bus->seal_.Open(plane, {static_cast<const uint8_t*>(buffer->data), sane ? buffer->data_size : 0}, &bus->peers_);
     const FrameInfo& info = current->info;
     // Without a key anyone can send any counter, so there is nothing to hold on to.
     if (!current->fault && bus->seal_.keyed() && !bus->replay_guard_.Accept(plane, info.session, info.counter)) {
@@ -101,7 +102,9 @@ struct Bus::Link {
 };
 
 Bus::Bus(BusConfig config)
-    : config_(std::move(config)), seal_(config_.run_id, config_.key), receive_buffer_bytes_(EffectiveReceiveBuffer()) {}
+    : config_(std::move(config)),
+      seal_(config_.run_id, config_.key, config_.session),
+      receive_buffer_bytes_(EffectiveReceiveBuffer()) {}
 
 Bus::~Bus() = default;
 

@@ -94,7 +94,9 @@ class Bus {
 
   BusConfig config_;
   FrameSeal seal_;
-  ReplayGuard replay_guard_;  // of the thread that polls
+  // Of the thread that polls.
+  PeerContexts peers_;
+  ReplayGuard replay_guard_;
   int receive_buffer_bytes_ = 0;
   std::atomic<uint64_t> counter_{0};
   std::atomic<int64_t> received_{0};

@@ -13,9 +13,11 @@ constexpr uint32_t kKeyedMagic = 0x4341494B;  // "CAIK"
 
 constexpr size_t kFieldBytes = 4 + 4 + 8 + 8 + 8;
 constexpr size_t kCrcBytes = 4;
-constexpr size_t kTagBytes = crypto_aead_xchacha20poly1305_ietf_ABYTES;
+constexpr size_t kTagBytes = crypto_aead_aes256gcm_ABYTES;
 static_assert(kFieldBytes + kTagBytes == kTrailerBytes);
-static_assert(sizeof(RunKey) == crypto_aead_xchacha20poly1305_ietf_KEYBYTES);
+static_assert(sizeof(RunKey) == crypto_generichash_KEYBYTES);
+using State = crypto_aead_aes256gcm_state;
+static_assert(sizeof(SessionContext) == sizeof(State) && alignof(SessionContext) >= alignof(State));
 
 // Where the library wants an encrypted message of no bytes.
 unsigned char nothing = 0;
@@ -34,26 +36,27 @@ T Read(ByteSpan bytes, size_t* at) {
   return static_cast<T>(value);
 }
 
-using Nonce = std::array<uint8_t, crypto_aead_xchacha20poly1305_ietf_NPUBBYTES>;
+using Nonce = std::array<uint8_t, crypto_aead_aes256gcm_NPUBBYTES>;
 
 Nonce MakeNonce(Plane plane, const FrameInfo& info) {
   Nonce nonce{};
   uint8_t* at = nonce.data();
-  Write(info.session, &at);
   Write(info.counter, &at);
-  Write(static_cast<uint8_t>(plane), &at);
+  Write(static_cast<uint32_t>(plane), &at);
   return nonce;
 }
 
-// The run's own key, so that a key used for several runs never makes a frame of one sound in another.
-RunKey DeriveKey(const RunKey& key, int64_t run_id) {
-  CAIRN_CHECK(sodium_init() >= 0);
-  std::array<uint8_t, 18> context{'c', 'a', 'i', 'r', 'n', ' ', 'r', 'u', 'n', ' '};
-  uint8_t* at = context.data() + 10;
-  Write(run_id, &at);
-  RunKey derived;
-  crypto_generichash(derived.data(), derived.size(), context.data(), context.size(), key.data(), key.size());
-  return derived;
+void WriteTag(const SessionContext& context, const Nonce& nonce, ByteSpan covered, uint8_t* tag) {
+  crypto_aead_aes256gcm_encrypt_detached_afternm(&nothing, tag, nullptr, nullptr, 0, covered.data(), covered.size(),
+                                                 nullptr, nonce.data(),
+                                                 reinterpret_cast<const State*>(context.bytes.data()));
+}
+
+bool TagHolds(const SessionContext& context, const Nonce& nonce, ByteSpan checked, ByteSpan tag) {
+  // Compares in constant time.
+  return crypto_aead_aes256gcm_decrypt_detached_afternm(nullptr, nullptr, &nothing, 0, tag.data(), checked.data(),
+                                                        checked.size(), nonce.data(),
+                                                        reinterpret_cast<const State*>(context.bytes.data())) == 0;
 }
 
 // Whether a frame is one of the other kind, so that a forgotten key is called that.
@@ -91,8 +94,24 @@ const char* FrameFaultName(FrameFault fault) {
   return "unknown";
 }
 
-FrameSeal::FrameSeal(int64_t run_id, const std::optional<RunKey>& key) : run_id_(run_id) {
-  if (key) key_ = DeriveKey(*key, run_id);
+FrameSeal::FrameSeal(int64_t run_id, const std::optional<RunKey>& key, int64_t session)
+    : run_id_(run_id), key_(key), session_(session) {
+  if (!keyed()) return;
+  RequireKeyedFrames();
+  own_ = Derive(session);
+}
+
+// A key of the session's own leaves the whole nonce to the counter, and keeps runs with the same key apart.
+SessionContext FrameSeal::Derive(int64_t session) const {
+  std::array<uint8_t, 30> input{'c', 'a', 'i', 'r', 'n', ' ', 's', 'e', 's', 's', 'i', 'o', 'n', ' '};
+  uint8_t* at = input.data() + 14;
+  Write(run_id_, &at);
+  Write(session, &at);
+  std::array<uint8_t, crypto_aead_aes256gcm_KEYBYTES> key;
+  crypto_generichash(key.data(), key.size(), input.data(), input.size(), key_->data(), key_->size());
+  SessionContext context;
+  crypto_aead_aes256gcm_beforenm(reinterpret_cast<State*>(context.bytes.data()), key.data());
+  return context;
 }
 
 size_t FrameSeal::trailer_bytes() const { return kFieldBytes + (keyed() ? kTagBytes : kCrcBytes); }
@@ -109,11 +128,11 @@ void FrameSeal::Seal(Plane plane, const FrameInfo& info, Bytes* message) const {
   const size_t checked = message_bytes + kFieldBytes;
   if (!keyed()) return Write(Crc32c(message->data(), checked), &at);
   const Nonce nonce = MakeNonce(plane, info);
-  crypto_aead_xchacha20poly1305_ietf_encrypt_detached(&nothing, at, nullptr, nullptr, 0, message->data(), checked,
-                                                      nullptr, nonce.data(), key_->data());
+  const ByteSpan covered(message->data(), checked);
+  info.session == session_ ? WriteTag(own_, nonce, covered, at) : WriteTag(Derive(info.session), nonce, covered, at);
 }
 
-OpenedFrame FrameSeal::Open(Plane plane, ByteSpan frame) const {
+OpenedFrame FrameSeal::Open(Plane plane, ByteSpan frame, PeerContexts* peers) const {
   OpenedFrame opened;
   const auto refuse = [&opened](FrameFault fault) {
     opened.fault = fault;
@@ -134,23 +153,27 @@ OpenedFrame FrameSeal::Open(Plane plane, ByteSpan frame) const {
   }
   if (protocol != static_cast<uint32_t>(kProtocolVersion)) return refuse(FrameFault::kProtocol);
   if (run_id != run_id_) return refuse(FrameFault::kRun);
-  if (!CheckHolds(plane, opened.info, frame.first(at), frame.subspan(at))) {
+  if (!CheckHolds(plane, opened.info, frame.first(at), frame.subspan(at), peers)) {
     return refuse(keyed() ? FrameFault::kTag : FrameFault::kChecksum);
   }
   opened.message = frame.first(message_bytes);
   return opened;
 }
 
-bool FrameSeal::CheckHolds(Plane plane, const FrameInfo& info, ByteSpan checked, ByteSpan check) const {
+bool FrameSeal::CheckHolds(Plane plane, const FrameInfo& info, ByteSpan checked, ByteSpan check,
+                           PeerContexts* peers) const {
   if (!keyed()) {
     size_t at = 0;
     return Read<uint32_t>(check, &at) == Crc32c(checked.data(), checked.size());
   }
-  // Compares in constant time.
   const Nonce nonce = MakeNonce(plane, info);
-  return crypto_aead_xchacha20poly1305_ietf_decrypt_detached(nullptr, nullptr, &nothing, 0, check.data(),
-                                                             checked.data(), checked.size(), nonce.data(),
-                                                             key_->data()) == 0;
+  if (info.session == session_) return TagHolds(own_, nonce, checked, check);
+  const SessionContext* known = peers == nullptr ? nullptr : peers->Find(info.session);
+  if (known != nullptr) return TagHolds(*known, nonce, checked, check);
+  const SessionContext derived = Derive(info.session);
+  if (!TagHolds(derived, nonce, checked, check)) return false;
+  if (peers != nullptr) peers->Insert(info.session, derived);
+  return true;
 }
 
 }  // namespace cairn

@@ -56,8 +56,16 @@ std::string ReadText(const std::string& path, int fd) {
 
 }  // namespace
 
-RunKey CreateKeyFile(const std::string& path) {
+void RequireKeyedFrames() {
   CAIRN_CHECK(sodium_init() >= 0);
+  if (crypto_aead_aes256gcm_is_available() == 1) return;
+  ThrowUsageError(
+      "a key needs a processor with AES instructions (aes, pclmulqdq), which this one lacks; without a key: "
+      "--insecure");
+}
+
+RunKey CreateKeyFile(const std::string& path) {
+  RequireKeyedFrames();
   RunKey key;
   randombytes_buf(key.data(), key.size());
   const std::string text = ToHex(key);
@@ -78,6 +86,7 @@ RunKey CreateKeyFile(const std::string& path) {
 }
 
 RunKey ReadKeyFile(const std::string& path) {
+  RequireKeyedFrames();
   // Not blocking: a FIFO of that name must not hang the process.
   const File file(path, O_RDONLY | O_NONBLOCK);
   if (file.fd() < 0) ThrowUsageError("key file {}: {}", path, std::strerror(errno));

@@ -68,7 +68,7 @@ bool ReliableSender::Rewind(int64_t received, TimePoint now) {
 }
 
 void ReliableSender::Poll(TimePoint now) {
-  if (received_ + 1 < next_ && now - entry(received_ + 1).sent_at > RoundTrip(tries_, kLeastTimeoutUs)) {
+  if (now > next_probe()) {
     Send(&entry(received_ + 1), now);
     tries_ = std::min(tries_ + 1, kMaxBackOff);
   }
@@ -79,6 +79,11 @@ void ReliableSender::Poll(TimePoint now) {
     Send(&next, now);
     outstanding_bytes_ += Size(next.message);
   }
+}
+
+TimePoint ReliableSender::next_probe() const {
+  if (received_ + 1 >= next_) return TimePoint::max();
+  return entry(received_ + 1).sent_at + RoundTrip(tries_, kLeastTimeoutUs);
 }
 
 void ReliableSender::Send(Entry* entry, TimePoint now) {

@@ -48,6 +48,9 @@ class ReliableSender {
   /// round trip + 4 deviations, doubled per try, 100 ms … 1 s).
   void Poll(TimePoint now);
 
+  /// When Poll has to be called at the latest, if nothing comes in before.
+  TimePoint next_probe() const;
+
   int64_t next_sequence() const { return base_ + static_cast<int64_t>(ring_.size()); }
   /// Newest sequence number pushed; 0 before the first.
   int64_t last_sequence() const { return next_sequence() - 1; }
@@ -65,6 +68,7 @@ class ReliableSender {
     bool sent = false;
   };
   Entry& entry(int64_t sequence) { return ring_[static_cast<size_t>(sequence - base_)]; }
+  const Entry& entry(int64_t sequence) const { return ring_[static_cast<size_t>(sequence - base_)]; }
   void DropKept(int64_t durable);
   void Send(Entry* entry, TimePoint now);
   void UpdateRoundTrip(int64_t echo_us);

@@ -25,22 +25,10 @@ size_t ReplayGuard::SenderHash::operator()(const Sender& s) const {
 }
 
 bool ReplayGuard::Accept(Plane plane, int64_t session, uint64_t counter) {
-  return Find({plane, session}).window.Accept(counter);
-}
-
-ReplayGuard::Entry& ReplayGuard::Find(const Sender& sender) {
-  const auto known = senders_.find(sender);
-  if (known != senders_.end()) {
-    entries_.splice(entries_.begin(), entries_, known->second);
-    return entries_.front();
-  }
-  if (senders_.size() >= capacity_) {
-    senders_.erase(entries_.back().sender);
-    entries_.pop_back();
-  }
-  entries_.push_front({sender, {}});
-  senders_[sender] = entries_.begin();
-  return entries_.front();
+  const Sender sender{plane, session};
+  ReplayWindow* window = senders_.Find(sender);
+  if (window == nullptr) window = senders_.Insert(sender, {});
+  return window->Accept(counter);
 }
 
 }  // namespace cairn

@@ -3,9 +3,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <list>
-#include <unordered_map>
 
+#include "common/bus/lru_map.h"
 #include "common/bus/plane.h"
 
 namespace cairn {
@@ -32,7 +31,7 @@ class ReplayWindow {
 class ReplayGuard {
  public:
   /// Sessions remembered; a longer-silent one is forgotten first. 4096 are 0.8 MB.
-  explicit ReplayGuard(size_t capacity = 4096) : capacity_(capacity) {}
+  explicit ReplayGuard(size_t capacity = 4096) : senders_(capacity) {}
 
   /// False when the frame was accepted before or is too old to tell.
   bool Accept(Plane plane, int64_t session, uint64_t counter);
@@ -48,16 +47,8 @@ class ReplayGuard {
   struct SenderHash {
     size_t operator()(const Sender& s) const;
   };
-  struct Entry {
-    Sender sender;
-    ReplayWindow window;
-  };
 
-  Entry& Find(const Sender& sender);
-
-  size_t capacity_;
-  std::list<Entry> entries_;  // the one heard last in front
-  std::unordered_map<Sender, std::list<Entry>::iterator, SenderHash> senders_;
+  LruMap<Sender, ReplayWindow, SenderHash> senders_;
 };
 
 }  // namespace cairn

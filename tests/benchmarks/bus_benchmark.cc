@@ -98,24 +98,25 @@ BENCHMARK(DecodeFrame)->Name("codec/decode")->Arg(1)->Arg(8)->Arg(32);
 // `keyed_ns` are what sender and receiver pay together for a message; `ratio_to_plain` is keyed over plain.
 void SealAndOpen(benchmark::State& state) {
   const Bytes message(static_cast<size_t>(state.range(0)) - kTrailerBytes, 7);
-  const FrameSeal plain(1), keyed(1, RunKey{1, 2, 3});
+  const FrameSeal plain(1), sender(1, RunKey{1, 2, 3}, 1), receiver(1, RunKey{1, 2, 3}, 2);
+  PeerContexts peers;
   Bytes frame;
   frame.reserve(message.size() + kTrailerBytes);
   ReplayGuard guard;
   uint64_t counter = 0;
-  const auto once = [&](const FrameSeal& seal) {
+  const auto once = [&](const FrameSeal& seal, const FrameSeal& open) {
     frame = message;
     const auto start = std::chrono::steady_clock::now();
     seal.Seal(Plane::kExperience, {1, ++counter}, &frame);
-    OpenedFrame opened = seal.Open(Plane::kExperience, frame);
+    OpenedFrame opened = open.Open(Plane::kExperience, frame, &peers);
     if (opened.fault || (seal.keyed() && !guard.Accept(Plane::kExperience, 1, counter))) state.SkipWithError("refused");
     benchmark::DoNotOptimize(opened);
     return Seconds(start);
   };
   double plain_s = 0, keyed_s = 0;
   for (auto _ : state) {
-    plain_s += once(plain);
-    keyed_s += once(keyed);
+    plain_s += once(plain, plain);
+    keyed_s += once(sender, receiver);
   }
   const double each = 1e9 / static_cast<double>(state.iterations());
   state.counters["plain_ns"] = plain_s * each;

@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <set>
@@ -17,6 +18,19 @@
 #include "common/core/clock.h"
 
 namespace cairn::testing {
+namespace {
+
+// Whether a process ends within `time`.
+bool PollEnd(pid_t pid, Duration time) {
+  const int fd = static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
+  pollfd ended{fd, POLLIN, 0};
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(time).count();
+  const bool end = poll(&ended, 1, static_cast<int>(ms)) > 0;
+  close(fd);
+  return end;
+}
+
+}  // namespace
 
 TemporaryDirectory::TemporaryDirectory() {
   std::string name = (std::filesystem::temp_directory_path() / "cairn-test-XXXXXX").string();
@@ -63,22 +77,37 @@ int Program::Wait() {
   return status_;
 }
 
-bool WaitUntil(const Program& program, const std::function<bool()>& reached) {
-  const int pidfd = static_cast<int>(syscall(SYS_pidfd_open, program.pid(), 0));
-  bool done = false;
-  const TimePoint deadline = Clock::now() + std::chrono::seconds(60);
-  while (!done && Clock::now() < deadline) {
-    pollfd ended{pidfd, POLLIN, 0};
-    if (poll(&ended, 1, 10) > 0) break;
-    done = reached();
-  }
-  close(pidfd);
-  return done;
+std::optional<int> Program::WaitFor(Duration time) {
+  if (status_ < 0 && !PollEnd(pid_, time)) return std::nullopt;
+  return Wait();
 }
 
 int RunCairn(const std::vector<std::string>& arguments, const std::filesystem::path& log,
              const std::map<std::string, std::string>& environment) {
   return Program("cairn", arguments, log, environment).Wait();
+}
+
+std::vector<std::string> SmallRun(const std::filesystem::path& run_dir, int64_t steps,
+                                  const std::vector<std::string>& more) {
+  std::vector<std::string> arguments{"train", std::string(CAIRN_SOURCE_DIR) + "/deploy/experiments/car_maze.textproto",
+                                     "--run-dir", run_dir.string(), "--quiet"};
+  for (const std::string& set : {std::string("vehicle.kind=PLANE_CAR"), "total_env_steps=" + std::to_string(steps),
+                                 std::string("learner.learning_starts=500"), std::string("learner.train_freq=10"),
+                                 std::string("evaluation.interval_env_steps=1000"),
+                                 std::string("evaluation.max_steps=60"), std::string("evaluation.test_starts=20")}) {
+    arguments.insert(arguments.end(), {"--set", set});
+  }
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+bool WaitUntil(const Program& program, const std::function<bool()>& reached, Duration limit) {
+  const TimePoint deadline = Clock::now() + limit;
+  while (Clock::now() < deadline) {
+    if (reached()) return true;
+    if (PollEnd(program.pid(), std::chrono::milliseconds(10))) return false;
+  }
+  return reached();
 }
 
 std::string ReadFile(const std::filesystem::path& path) {
@@ -121,6 +150,19 @@ std::vector<std::string> AuditLines(const std::filesystem::path& directory, cons
     for (std::string line; std::getline(file, line);) lines.push_back(line);
   }
   return lines;
+}
+
+void ExpectReplayMatchesActors(const std::filesystem::path& audit, size_t env_steps, bool actor_died) {
+  const std::vector<std::string> replay = AuditLines(audit, "learner");
+  const std::vector<std::string> made = AuditLines(audit, "actor");
+  const std::set<std::string> replay_set(replay.begin(), replay.end());
+  const std::multiset<std::string> made_set(made.begin(), made.end());
+  EXPECT_EQ(replay.size(), env_steps);
+  EXPECT_EQ(replay_set.size(), replay.size()) << "a transition is in replay twice";
+  EXPECT_TRUE(std::includes(made_set.begin(), made_set.end(), replay_set.begin(), replay_set.end()));
+  if (!actor_died) {
+    EXPECT_EQ(made.size(), replay.size()) << "a transition was lost";
+  }
 }
 
 }  // namespace cairn::testing

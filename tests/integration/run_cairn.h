@@ -6,8 +6,11 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "common/core/clock.h"
 
 namespace cairn::testing {
 
@@ -36,6 +39,8 @@ class Program {
 
   /// Waits for the end; the exit status, or 128 + signal.
   int Wait();
+  /// The same, at most so long; nullopt while it runs.
+  std::optional<int> WaitFor(Duration time);
   pid_t pid() const { return pid_; }
 
  private:
@@ -43,13 +48,16 @@ class Program {
   int status_ = -1;
 };
 
-/// Waits until `reached` or the program's end, a minute at most; false when it did not come to that. No sleep: a
-/// bounded wait on the program.
-bool WaitUntil(const Program& program, const std::function<bool()>& reached);
-
 /// Runs `cairn …` to its end; returns its exit status. Its output is in `log`.
 int RunCairn(const std::vector<std::string>& arguments, const std::filesystem::path& log,
              const std::map<std::string, std::string>& environment = {});
+
+/// Arguments of a fast small run of `cairn`: the plane car, few starts.
+std::vector<std::string> SmallRun(const std::filesystem::path& run_dir, int64_t steps,
+                                  const std::vector<std::string>& more = {});
+
+/// Waits until `reached`, at most `limit`; false when it is not, or when the program ends before.
+bool WaitUntil(const Program& program, const std::function<bool()>& reached, Duration limit = std::chrono::seconds(60));
 
 std::string ReadFile(const std::filesystem::path& path);
 nlohmann::json ReadJson(const std::filesystem::path& path);
@@ -59,5 +67,9 @@ std::vector<pid_t> Descendants(pid_t pid, const std::string& text);
 
 /// "vehicle episode step hash" of every transition that the processes' audit files with this prefix hold.
 std::vector<std::string> AuditLines(const std::filesystem::path& directory, const std::string& prefix);
+
+/// Nothing lost, nothing twice, nothing changed on the way: what replay holds is a part of what the actors made, and,
+/// when none of them died, all of it.
+void ExpectReplayMatchesActors(const std::filesystem::path& audit, size_t env_steps, bool actor_died);
 
 }  // namespace cairn::testing

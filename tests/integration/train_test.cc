@@ -19,44 +19,12 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const std::string kExperiments = std::string(CAIRN_SOURCE_DIR) + "/deploy/experiments/";
-
-// A fast small run: the plane car, few starts.
-std::vector<std::string> SmallRun(const std::filesystem::path& run_dir, int64_t steps,
-                                  const std::vector<std::string>& more = {}) {
-  std::vector<std::string> arguments{"train", kExperiments + "car_maze.textproto", "--run-dir", run_dir.string(),
-                                     "--quiet"};
-  for (const std::string& set : {std::string("vehicle.kind=PLANE_CAR"), "total_env_steps=" + std::to_string(steps),
-                                 std::string("learner.learning_starts=500"), std::string("learner.train_freq=10"),
-                                 std::string("evaluation.interval_env_steps=1000"),
-                                 std::string("evaluation.max_steps=60"), std::string("evaluation.test_starts=20")}) {
-    arguments.insert(arguments.end(), {"--set", set});
-  }
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
-}
-
 // episodes.csv without its last column, which is wall-clock time.
 std::string EpisodesWithoutTime(const std::filesystem::path& run_dir) {
   std::istringstream file(ReadFile(run_dir / "episodes.csv"));
   std::string text;
   for (std::string line; std::getline(file, line);) text += line.substr(0, line.rfind(',')) + "\n";
   return text;
-}
-
-// Nothing lost, nothing twice, nothing changed on the way: what replay holds is a part of what the actors made, and,
-// without a killed actor, all of it.
-void ExpectReplayMatchesActors(const std::filesystem::path& audit, size_t env_steps, bool actor_died) {
-  const std::vector<std::string> replay = AuditLines(audit, "learner");
-  const std::vector<std::string> made = AuditLines(audit, "actor");
-  const std::set<std::string> replay_set(replay.begin(), replay.end());
-  const std::multiset<std::string> made_set(made.begin(), made.end());
-  EXPECT_EQ(replay.size(), env_steps);
-  EXPECT_EQ(replay_set.size(), replay.size()) << "a transition is in replay twice";
-  EXPECT_TRUE(std::includes(made_set.begin(), made_set.end(), replay_set.begin(), replay_set.end()));
-  if (!actor_died) {
-    EXPECT_EQ(made.size(), replay.size()) << "a transition was lost";
-  }
 }
 
 class TrainTest : public ::testing::Test {

@@ -266,6 +266,19 @@ TEST_F(CoordinatorTest, AsyncCreditNeverExceedsWhatIsAllowedInAll) {
   ASSERT_TRUE(actors_[0]->UntilControl([&] { return credit() == experiment_.total_env_steps; }));
 }
 
+TEST_F(CoordinatorTest, SmallAmountsOfCreditGatherButAreGivenInTime) {
+  Start(Schedule::kAsync, 1);
+  coordinator_->PublishPolicy(0, policy_);
+  FakeActor& actor = *actors_[0];
+  for (int64_t allowed = 1; allowed <= 20; ++allowed) {
+    coordinator_->SetAllowed(allowed, false);
+    ASSERT_TRUE(actor.Until([&] {
+      coordinator_->SetAllowed(allowed, false);
+      return actor.me() && actor.me()->credit == allowed;
+    })) << allowed;
+  }
+}
+
 TEST_F(CoordinatorTest, AReplacedActorGetsTheCreditItsPredecessorHadNotUsed) {
   Start(Schedule::kAsync, 1);
   coordinator_->PublishPolicy(0, policy_);

@@ -95,6 +95,45 @@ TEST(FrameTest, TagDependsOnSessionAndCounter) {
   EXPECT_NE(tag({1, 2}), tag({2, 2}));
 }
 
+// The tag of another implementation: BLAKE2b and AES-GCM of Python's hashlib and OpenSSL.
+TEST(FrameTest, TagIsThatOfTheDescribedConstruction) {
+  Bytes frame{'m'};
+  FrameSeal(kRun, kKey).Seal(Plane::kTables, {5, 9}, &frame);
+  EXPECT_EQ(Bytes(frame.end() - 16, frame.end()),
+            Bytes({0x8f, 0x2f, 0x85, 0xbe, 0x3f, 0xef, 0x9f, 0xed, 0x84, 0xe0, 0x7f, 0x0b, 0x10, 0x50, 0x09, 0x2c}));
+}
+
+TEST(FrameTest, ContextsOfSoundSendersAreKeptAndNoOthers) {
+  const FrameSeal receiver(kRun, kKey, 1);
+  PeerContexts peers;
+  for (int64_t session = 2; session < 100; ++session) {
+    Bytes forged = Sealed(receiver, Plane::kControl, {session, 1});
+    forged.back() ^= 1;
+    EXPECT_EQ(receiver.Open(Plane::kControl, forged, &peers).fault, FrameFault::kTag);
+  }
+  EXPECT_EQ(peers.size(), 0u);
+  for (uint64_t counter = 1; counter <= 3; ++counter) {
+    const Bytes frame = Sealed(FrameSeal(kRun, kKey, 2), Plane::kControl, {2, counter});
+    EXPECT_FALSE(receiver.Open(Plane::kControl, frame, &peers).fault);
+    EXPECT_EQ(peers.size(), 1u);
+    Bytes forged = frame;
+    forged[0] ^= 1;
+    EXPECT_EQ(receiver.Open(Plane::kControl, forged, &peers).fault, FrameFault::kTag);
+  }
+  EXPECT_FALSE(receiver.Open(Plane::kControl, Sealed(receiver, Plane::kControl, {1, 1}), &peers).fault);
+  EXPECT_EQ(peers.size(), 1u) << "the own session needs none";
+}
+
+TEST(FrameTest, ContextOfASenderThatWasForgottenIsMadeAgain) {
+  const FrameSeal receiver(kRun, kKey);
+  PeerContexts peers;
+  for (int64_t session = 1; session <= 1100; ++session) {
+    EXPECT_FALSE(receiver.Open(Plane::kControl, Sealed(receiver, Plane::kControl, {session, 1}), &peers).fault);
+  }
+  EXPECT_EQ(peers.size(), 1024u);
+  EXPECT_FALSE(receiver.Open(Plane::kControl, Sealed(receiver, Plane::kControl, {1, 2}), &peers).fault);
+}
+
 TEST(FrameTest, FlippedBitsAreRefusedEverywhere) {
   const FrameSeal seal(kRun, kKey);
   const Bytes frame = Sealed(seal);
