@@ -27,7 +27,7 @@ void ReliableSender::Push(Bytes message, TimePoint now) {
   CAIRN_CHECK(message.size() >= kSendUsOffset + 8);
   buffered_bytes_ += Size(message);
   ring_.push_back({std::move(message)});
-  Poll(now);
+  SendAllowed(now);
 }
 
 void ReliableSender::Acknowledge(const StreamPosition& position, TimePoint now) {
@@ -45,7 +45,7 @@ void ReliableSender::Acknowledge(const StreamPosition& position, TimePoint now) 
       if (now - entry(i).sent_at > hold) Send(&entry(i), now);
     }
   }
-  Poll(now);
+  SendAllowed(now);
 }
 
 void ReliableSender::DropKept(int64_t durable) {
@@ -63,7 +63,7 @@ bool ReliableSender::Rewind(int64_t received, TimePoint now) {
   outstanding_bytes_ = 0;
   tries_ = 0;
   DropKept(received);
-  Poll(now);
+  SendAllowed(now);
   return true;
 }
 
@@ -72,6 +72,10 @@ void ReliableSender::Poll(TimePoint now) {
     Send(&entry(received_ + 1), now);
     tries_ = std::min(tries_ + 1, kMaxBackOff);
   }
+  SendAllowed(now);
+}
+
+void ReliableSender::SendAllowed(TimePoint now) {
   for (; next_ < next_sequence(); ++next_) {
     Entry& next = entry(next_);
     // One message may always travel, or a window smaller than a message would hang the stream.

@@ -45,7 +45,8 @@ class ReliableSender {
   bool Rewind(int64_t received, TimePoint now);
 
   /// Sends what the window allows; sends the oldest unacknowledged message again when it has waited too long (smoothed
-  /// round trip + 4 deviations, doubled per try, 100 ms … 1 s).
+  /// round trip + 4 deviations, doubled per try, 100 ms … 1 s). Only after what came in was read: an owner that was
+  /// busy for long may have its acknowledgement waiting.
   void Poll(TimePoint now);
 
   /// When Poll has to be called at the latest, if nothing comes in before.
@@ -70,6 +71,7 @@ class ReliableSender {
   Entry& entry(int64_t sequence) { return ring_[static_cast<size_t>(sequence - base_)]; }
   const Entry& entry(int64_t sequence) const { return ring_[static_cast<size_t>(sequence - base_)]; }
   void DropKept(int64_t durable);
+  void SendAllowed(TimePoint now);
   void Send(Entry* entry, TimePoint now);
   void UpdateRoundTrip(int64_t echo_us);
   Duration RoundTrip(int tries, double least_us) const;
