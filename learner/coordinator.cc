@@ -17,6 +17,8 @@ constexpr auto kMinControlGap = milliseconds(5);  // 200 Hz at most
 constexpr auto kReannounce = milliseconds(20);    // until acted on
 constexpr auto kCreditPatience = milliseconds(50);
 constexpr int kCreditSteps = 10;  // of each vehicle: a whole segment
+constexpr auto kPublishInterval = milliseconds(20);
+constexpr auto kPublishIntervalPerActor = std::chrono::microseconds(1600);
 constexpr auto kIdleAnnounce = milliseconds(1000);
 constexpr auto kWelcomeResendGap = milliseconds(50);
 constexpr auto kSearchAnnounce = milliseconds(50);  // while nobody has joined
@@ -354,6 +356,11 @@ int64_t Coordinator::GrantRound(int steps, int extra, bool warm_up, bool save) {
   control_.rounds = rounds_.granted();
   SendControl(Clock::now());
   return granted;
+}
+
+Duration Coordinator::publish_interval() const {
+  const std::lock_guard lock(mutex_);
+  return std::max<Duration>(kPublishInterval, fleet_.num_joined() * kPublishIntervalPerActor);
 }
 
 bool Coordinator::rounds_level() const {

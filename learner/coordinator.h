@@ -61,6 +61,10 @@ class Coordinator final : public Evaluator {
   /// steps per vehicle when not all had made the same number, which rounds_level() tells.
   int64_t GrantRound(int steps, int extra, bool warm_up, bool save = false);
 
+  /// ASYNC: the least time between two policies worth sending. Every actor wakes up for each, so it grows with their
+  /// number: 20 ms for a few, 0.1 s for 64.
+  Duration publish_interval() const;
+
   bool rounds_level() const;
 
   /// LOCKSTEP: the oldest granted round when it is complete, ordered by (vehicle, step), so that it does not depend on

@@ -208,7 +208,7 @@ void Learner::RunAsync() {
     }
     if (coordinator_.stopped()) return;
     Train(kAsyncUpdatesPerTurn);
-    if (Clock::now() - published > milliseconds(20)) {
+    if (Clock::now() - published > coordinator_.publish_interval()) {
       Publish();
       published = Clock::now();
       collapse_guard_.Visit(env_steps_, updates_);
