@@ -1,8 +1,7 @@
 // What company costs: real actors, one or many, that share 64 vehicles and make the same 20,000 transitions a second
-// together, beside the real coordinator and replay buffer here and a real planner. No gradient steps; new policies as often
-// as often as the learner does. company/N measures one actor and N in turn. CAIRN_BENCH_SECONDS sets how long each
-// (default 5). Needs a multicast route: unshare -rn sh -c 'ip link set lo up; ip route add 224.0.0.0/4 dev lo;
-// cairn-bench-company'
+// together, beside the real coordinator and replay buffer here and a real planner. No gradient steps; new policies as
+// often as the learner has them. company/N measures one actor and N in turn, CAIRN_BENCH_SECONDS each (default 5).
+// Needs a multicast route: unshare -rn sh -c 'ip link set lo up; ip route add 224.0.0.0/4 dev lo; cairn-bench-company'
 #include <benchmark/benchmark.h>
 #include <fcntl.h>
 #include <sys/resource.h>
