@@ -15,8 +15,7 @@ using std::chrono::milliseconds;
 
 constexpr auto kMinControlGap = milliseconds(5);  // 200 Hz at most
 constexpr auto kReannounce = milliseconds(20);    // until acted on
-constexpr auto kCreditPatience = milliseconds(50);
-constexpr int kCreditSteps = 10;  // of each vehicle: a whole segment
+constexpr int kCreditSteps = 10;                  // of each vehicle: a whole segment
 constexpr auto kPublishInterval = milliseconds(20);
 constexpr auto kPublishIntervalPerActor = std::chrono::microseconds(1600);
 constexpr auto kIdleAnnounce = milliseconds(1000);
@@ -28,12 +27,22 @@ constexpr int kControlActorBytes = 60;
 constexpr int kControlGapBytes = 20;
 constexpr size_t kMaxGaps = 64;  // in one control frame
 
+int64_t EnoughCredit(const Experiment& e) {
+  return std::min<int64_t>(int64_t{kCreditSteps} * e.num_vehicles, e.async.error_buffer / 3);
+}
+
 int64_t NumBytes(const Experience& experience) {
   size_t floats = 0;
   for (const Segment& s : experience.segments) floats += s.observations.size() + s.actions.size() + s.rewards.size();
   size_t bytes = floats * sizeof(float) + 64 * (1 + experience.segments.size() + experience.episodes.size());
   for (const VehicleStatePiece& piece : experience.states) bytes += piece.data.size();
   return static_cast<int64_t>(bytes);
+}
+
+void AddStreamCounters(const ActorRecord& actor, CoordinatorCounters* counters) {
+  counters->messages_sent += actor.status.sent;
+  counters->messages_resent += actor.status.resent;
+  counters->credit_wait_s += 1e-6 * static_cast<double>(actor.status.wait_us);
 }
 
 }  // namespace
@@ -48,7 +57,8 @@ Coordinator::Coordinator(Bus* bus, const Experiment& experiment, uint64_t experi
       control_{.incarnation = incarnation},
       policies_(bus, incarnation),
       rounds_(experiment.num_vehicles),
-      evaluations_(incarnation) {
+      evaluations_(incarnation),
+      credit_(experiment.total_env_steps, EnoughCredit(experiment)) {
   control_.lockstep = experiment.schedule == Schedule::kLockstep;
   fleet_.set_incarnation(control_.incarnation);
 }
@@ -124,7 +134,7 @@ bool Coordinator::WaitForFleet() {
   control_.phase = Control::Phase::kRunning;
   dirty_ = true;
   for (const auto& [id, actor] : fleet_.actors()) {
-    if (!actor.joined) retired_accepted_ += actor.accepted;
+    if (!actor.joined) credit_.Retire(actor.accepted);
   }
   SendWelcomes(fleet_.Start());
   return true;
@@ -145,12 +155,12 @@ void Coordinator::Finish() {
 // table is known, since a session that goes on sends at once what must be judged by it.
 void Coordinator::OnHello(const Hello& hello) {
   const std::lock_guard lock(mutex_);
-  const auto holder = fleet_.actors().find(hello.actor_id);
-  const bool known = holder != fleet_.actors().end();
-  const int64_t held_accepted = known ? holder->second.accepted : 0;
-  const int64_t held_session = known && holder->second.joined ? holder->second.session : 0;
   if (hello.incarnation != control_.incarnation && hello.incarnation != 0) return;
   if ((hello.incarnation == 0 || control_.table_hash == 0) && fleet_.Compatible(hello)) return;
+  const auto holder = fleet_.actors().find(hello.actor_id);
+  const bool known = holder != fleet_.actors().end();
+  ActorRecord held;
+  if (known) held = holder->second;
   const Welcome welcome = fleet_.Join(hello, Clock::now());
   ActorRecord* actor = fleet_.Find(hello.session);
   if (welcome.status != Welcome::Status::kAccepted || actor == nullptr) {
@@ -159,8 +169,9 @@ void Coordinator::OnHello(const Hello& hello) {
     bus_->Publish(Plane::kControl, kWelcomeChannel, welcome);
     return;
   }
-  if (held_session != hello.session) {
-    if (actor->accepted == 0) retired_accepted_ += held_accepted;
+  const bool replaces = known && held.session != hello.session;
+  if (replaces) Retire(held);
+  if (replaces || !known || !held.joined) {
     if (!known && fleet_.started()) SendWelcomes(fleet_.Share(hello.actor_id));
     SharesChanged();
     dirty_ = true;
@@ -210,7 +221,7 @@ void Coordinator::OnStatus(const ActorStatus& status) {
   policies_.Resend(status.wanted_policy_version, now);
   if (fleet_.Gone(*actor)) {
     log::Info("actor {} left after {} transitions", actor->actor_id, actor->accepted);
-    Retire(actor->actor_id);
+    Retire(*actor);
     fleet_.Forget(status.actor_id);
     SharesChanged();
     dirty_ = true;
@@ -337,7 +348,7 @@ void Coordinator::PublishPolicy(int64_t version, std::span<const float> paramete
   dirty_ = true;
   if (control_.lockstep || control_.phase != Control::Phase::kRunning) return;
   // Policy, credit and acknowledgements together: each actor wakes once for all of them.
-  DistributeCredit(EnoughCredit() / 2);
+  credit_.Distribute(&fleet_, 0.5, Clock::now());
   SendControl(Clock::now());
 }
 
@@ -380,42 +391,8 @@ std::optional<Harvest> Coordinator::WaitRound() {
 void Coordinator::SetAllowed(int64_t allowed, bool warm_up) {
   const std::lock_guard lock(mutex_);
   control_.warm_up = warm_up;
-  allowed_ = std::max(allowed_, std::min(allowed, experiment_.total_env_steps));
-  DistributeCredit(EnoughCredit());
-}
-
-// Small shares make small messages and many frames, which all actors hear.
-int64_t Coordinator::EnoughCredit() const {
-  return std::min<int64_t>(int64_t{kCreditSteps} * experiment_.num_vehicles, experiment_.async.error_buffer / 3);
-}
-
-// What is allowed and neither accepted nor granted goes to the sessions that have least left of what they were given,
-// so that one that hangs does not gather it all. Credit never shrinks, so the sum of accepted and granted can never
-// pass `allowed_`, and a run ends exactly at its total.
-void Coordinator::DistributeCredit(int64_t enough) {
-  int64_t unused = 0;
-  int64_t committed = retired_accepted_;
-  for (const auto& [id, actor] : fleet_.actors()) {
-    unused += std::max<int64_t>(0, actor.credit - actor.accepted);
-    committed += std::max(actor.credit, actor.accepted);
-  }
-  int64_t free = allowed_ - committed;
-  if (free <= 0 || fleet_.num_joined() == 0) return;
-  // What is free gathers, never for long.
-  const TimePoint now = Clock::now();
-  if (free < enough && allowed_ < experiment_.total_env_steps && now - credited_ < kCreditPatience) return;
-  credited_ = now;
-  // The level to which each is filled up; what rounding leaves goes to the first.
-  const int64_t level = (unused + free) / fleet_.num_joined() + 1;
-  for (auto& [id, actor] : fleet_.actors()) {
-    if (!actor.joined) continue;
-    const int64_t left = std::max<int64_t>(0, actor.credit - actor.accepted);
-    const int64_t share = std::min(free, level - left);
-    if (share <= 0) continue;
-    actor.credit = std::max(actor.credit, actor.accepted) + share;
-    free -= share;
-    dirty_ = true;
-  }
+  credit_.Allow(allowed);
+  dirty_ = credit_.Distribute(&fleet_, 1.0, Clock::now()) || dirty_;
 }
 
 Harvest Coordinator::Take(Duration timeout) {
@@ -453,12 +430,10 @@ std::vector<EvaluationReport> Coordinator::TakeEvaluations(bool wait) {
   return reports;
 }
 
-void Coordinator::Retire(int32_t actor_id) {
-  const ActorRecord& actor = fleet_.actors().at(actor_id);
-  retired_accepted_ += actor.accepted;
-  counters_.messages_sent += actor.status.sent;
-  counters_.messages_resent += actor.status.resent;
-  counters_.credit_wait_s += 1e-6 * static_cast<double>(actor.status.wait_us);
+// What a session that is gone leaves in the books.
+void Coordinator::Retire(const ActorRecord& actor) {
+  credit_.Retire(actor.accepted);
+  AddStreamCounters(actor, &counters_);
 }
 
 // An actor that was silent for longer than the limit loses its vehicles to the others; the last one stays, since
@@ -468,12 +443,10 @@ void Coordinator::GiveUpSilentActors(TimePoint now) {
   const auto limit =
       std::chrono::duration_cast<Duration>(std::chrono::duration<double>(experiment_.lockstep.actor_timeout_s));
   for (const auto& [id, actor] : fleet_.actors()) {
-    if (now - actor.last_heard <= limit || fleet_.num_joined() < 2) continue;
+    if (now - actor.last_heard <= limit || !fleet_.HasOther(id)) continue;
     log::Error("actor {} was silent for {} s: its vehicles go to the others", id, experiment_.lockstep.actor_timeout_s);
-    const int32_t silent = id;
-    Retire(silent);
-    SendWelcomes(fleet_.Reassign(silent));
-    fleet_.Forget(silent);
+    Retire(actor);
+    SendWelcomes(fleet_.Reassign(id));
     SharesChanged();
     return;  // the map has changed; the next silent one is found 5 ms later
   }
@@ -542,9 +515,9 @@ void Coordinator::SendControl(TimePoint now) {
 }
 
 CoordinatorState Coordinator::State(Harvest* harvest) {
-  CoordinatorState state;
-  state.counters = counters();
   const std::lock_guard lock(mutex_);
+  CoordinatorState state;
+  state.counters = Counters();
   if (!control_.lockstep) {
     std::swap(*harvest, harvest_);
     state.vehicles.assign(fleet_.vehicles().begin(), fleet_.vehicles().end());
@@ -577,20 +550,23 @@ void Coordinator::Restore(const CoordinatorState& state, int64_t env_steps) {
   std::vector<int64_t> steps;
   for (const VehicleRecord& vehicle : fleet_.vehicles()) steps.push_back(vehicle.steps);
   rounds_.Restore(state.rounds, std::move(steps));
-  retired_accepted_ = env_steps;
-  for (const auto& [id, actor] : fleet_.actors()) retired_accepted_ -= actor.accepted;
+  int64_t gone = env_steps;
+  for (const auto& [id, actor] : fleet_.actors()) gone -= actor.accepted;
+  credit_.Retire(gone);
 }
 
 CoordinatorCounters Coordinator::counters() const {
   const std::lock_guard lock(mutex_);
+  return Counters();
+}
+
+CoordinatorCounters Coordinator::Counters() const {
   CoordinatorCounters counters = counters_;
   counters.refused += bus_->stats().refused;
   counters.num_actors = fleet_.num_joined();
   double latency_us = 0;
   for (const auto& [id, actor] : fleet_.actors()) {
-    counters.messages_sent += actor.status.sent;
-    counters.messages_resent += actor.status.resent;
-    counters.credit_wait_s += 1e-6 * static_cast<double>(actor.status.wait_us);
+    AddStreamCounters(actor, &counters);
     latency_us += static_cast<double>(actor.status.round_trip_us);
   }
   counters.stream_latency_s = 1e-6 * latency_us / std::max<double>(1, static_cast<double>(fleet_.actors().size()));

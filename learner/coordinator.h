@@ -14,6 +14,7 @@
 #include "common/bus/table_client.h"
 #include "common/config/experiment.h"
 #include "learner/coordinator_state.h"
+#include "learner/credit_ledger.h"
 #include "learner/evaluation_queue.h"
 #include "learner/evaluator.h"
 #include "learner/fleet.h"
@@ -104,7 +105,8 @@ class Coordinator final : public Evaluator {
   void Accept(ActorRecord* actor, Experience experience);
   bool FleetReady(TimePoint now) const;
   void SendWelcomes(const std::vector<int64_t>& sessions);
-  void Retire(int32_t actor_id);
+  void Retire(const ActorRecord& actor);
+  CoordinatorCounters Counters() const;
   void SharesChanged();
   void AcceptSegments(ActorRecord* actor, std::vector<Segment> segments);
   void AcceptEpisodes(const ActorRecord& actor, const Experience& experience);
@@ -113,8 +115,6 @@ class Coordinator final : public Evaluator {
   void AcceptStates(const ActorRecord& actor, const Experience& experience);
   void SendWelcome(ActorRecord* actor, TimePoint now);
   void AnnounceEvaluation();
-  int64_t EnoughCredit() const;
-  void DistributeCredit(int64_t enough);
   void GiveUpSilentActors(TimePoint now);
   Control::Actor PositionOf(const ActorRecord& actor, int rank, size_t* gaps_left) const;
   int64_t Window() const;  // bytes that one actor may have on the way
@@ -139,9 +139,7 @@ class Coordinator final : public Evaluator {
   StateAssembler states_;  // of vehicles at the end of a round that asked for them
   Harvest harvest_;        // ASYNC: not taken yet
   EvaluationQueue evaluations_;
-  int64_t allowed_ = 0;
-  TimePoint credited_{};          // when credit was last given
-  int64_t retired_accepted_ = 0;  // transitions of sessions that are gone
+  CreditLedger credit_;  // ASYNC
   bool keeps_ = false;
   TimePoint started_{};
   bool stopped_ = false;

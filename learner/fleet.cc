@@ -200,14 +200,22 @@ int Fleet::Load(int32_t actor_id) const {
   }));
 }
 
-ActorRecord* Fleet::LeastLoaded(int32_t except) {
-  ActorRecord* least = nullptr;
-  for (auto& [id, record] : actors_) {
+// Of those that stay; −1: there is none.
+int32_t Fleet::LeastLoadedId(int32_t except) const {
+  int32_t least = -1;
+  for (const auto& [id, record] : actors_) {
     if (id == except || !record.joined || record.leaving) continue;
-    if (least == nullptr || Load(id) < Load(least->actor_id)) least = &record;
+    if (least == -1 || Load(id) < Load(least)) least = id;
   }
   return least;
 }
+
+ActorRecord* Fleet::LeastLoaded(int32_t except) {
+  const int32_t id = LeastLoadedId(except);
+  return id == -1 ? nullptr : &actors_.at(id);
+}
+
+bool Fleet::HasOther(int32_t actor_id) const { return LeastLoadedId(actor_id) != -1; }
 
 void Fleet::Renumber(ActorRecord* actor, std::vector<int64_t>* changed) {
   if (std::find(changed->begin(), changed->end(), actor->session) != changed->end()) return;
@@ -288,7 +296,7 @@ std::vector<int64_t> Fleet::Settle() {
 
 std::vector<int64_t> Fleet::Reassign(int32_t actor_id) {
   std::vector<int64_t> changed;
-  if (LeastLoaded(actor_id) == nullptr) return changed;
+  if (!HasOther(actor_id)) return changed;
   actors_.erase(actor_id);
   disturbed_ = true;
   for (VehicleRecord& vehicle : vehicles_) {

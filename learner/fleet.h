@@ -84,7 +84,10 @@ class Fleet {
   /// Hands vehicles that their owners have let go of to their heirs.
   std::vector<int64_t> Settle();
 
-  /// Gives the vehicles of an actor that is gone for good to the others.
+  /// Whether somebody else is here who could take an actor's vehicles over.
+  bool HasOther(int32_t actor_id) const;
+
+  /// Forgets an actor that is gone for good and gives its vehicles to the others; nothing happens without HasOther.
   std::vector<int64_t> Reassign(int32_t actor_id);
 
   /// Whether an actor that is leaving has nothing left here, so that it can be forgotten.
@@ -113,6 +116,7 @@ class Fleet {
   Welcome Refuse(const Hello& hello, Welcome::Status status, std::string reason) const;
   int HomeActor(int vehicle) const;
   int Load(int32_t actor_id) const;
+  int32_t LeastLoadedId(int32_t except) const;
   ActorRecord* LeastLoaded(int32_t except);
   void Give(VehicleRecord* vehicle, ActorRecord* actor, std::vector<int64_t>* changed);
   void Renumber(ActorRecord* actor, std::vector<int64_t>* changed);

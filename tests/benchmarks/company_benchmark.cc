@@ -4,7 +4,6 @@
 // Needs a multicast route: unshare -rn sh -c 'ip link set lo up; ip route add 224.0.0.0/4 dev lo; cairn-bench-company'
 #include <benchmark/benchmark.h>
 #include <fcntl.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -23,6 +22,7 @@
 #include "common/nn/policy_shape.h"
 #include "learner/coordinator.h"
 #include "learner/replay/replay_buffer.h"
+#include "tests/benchmarks/cpu_time.h"
 
 namespace cairn {
 namespace {
@@ -74,15 +74,6 @@ class Programs {
   std::vector<pid_t> pids_;
 };
 
-double OwnCpuSeconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
 struct Measured {
   double transitions_per_s = 0;
   double learner_us = 0;  // CPU time for each transition
@@ -115,12 +106,12 @@ class Company {
     published_ = start_;
     while (taken_ < kRate * SecondsSince(start_) - 2000 && SecondsSince(start_) < 30) RunFor(0.5);  // who came late
     RunFor(1);
-    const double learner = OwnCpuSeconds(), actors = programs_.CpuSeconds(1);
+    const double learner = CpuSeconds(RUSAGE_SELF), actors = programs_.CpuSeconds(1);
     const int64_t before = taken_;
     const TimePoint begin = Clock::now();
     RunFor(seconds);
     const auto transitions = static_cast<double>(taken_ - before);
-    const Measured measured{transitions / SecondsSince(begin), 1e6 * (OwnCpuSeconds() - learner) / transitions,
+    const Measured measured{transitions / SecondsSince(begin), 1e6 * (CpuSeconds(RUSAGE_SELF) - learner) / transitions,
                             1e6 * (programs_.CpuSeconds(1) - actors) / transitions};
     coordinator_.Finish();
     return measured;

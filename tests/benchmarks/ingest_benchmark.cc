@@ -4,7 +4,6 @@
 // `cairn-bench-ingest sender …` is one sender. CAIRN_BENCH_HOSTS="h1 h2 …" starts sender i in the network namespace
 // h_i.
 #include <benchmark/benchmark.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -21,6 +20,7 @@
 #include "common/core/version.h"
 #include "learner/coordinator.h"
 #include "learner/replay/replay_buffer.h"
+#include "tests/benchmarks/cpu_time.h"
 
 namespace cairn {
 namespace {
@@ -220,15 +220,6 @@ class Senders {
   std::vector<pid_t> pids_;
 };
 
-double OwnCpuSeconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
 // The planner's word that lets a fleet start.
 void AnnounceTable(Bus* bus) {
   bus->Publish(Plane::kTables, kTableInfoChannel,
@@ -256,7 +247,6 @@ Ingested Ingest(const Experiment& experiment, int senders, double seconds) {
     while (!stop.stop_requested()) {
       AnnounceTable(&planner);
       planner.Poll(milliseconds(50));
-      usleep(50000);
     }
   });
   if (!coordinator.WaitForFleet()) return {};
@@ -266,7 +256,7 @@ Ingested Ingest(const Experiment& experiment, int senders, double seconds) {
   Ingested result;
   constexpr int64_t kAhead = 400000;
   TimePoint start = Clock::now();
-  double cpu = OwnCpuSeconds();
+  double cpu = CpuSeconds(RUSAGE_SELF);
   int64_t first = -1;
   int64_t taken = 0;
   while (SecondsSince(start) < seconds) {
@@ -275,11 +265,11 @@ Ingested Ingest(const Experiment& experiment, int senders, double seconds) {
     if (first < 0 && taken > 0) {
       first = taken;
       start = Clock::now();
-      cpu = OwnCpuSeconds();
+      cpu = CpuSeconds(RUSAGE_SELF);
     }
   }
   result.seconds = SecondsSince(start);
-  result.cpu_seconds = OwnCpuSeconds() - cpu;
+  result.cpu_seconds = CpuSeconds(RUSAGE_SELF) - cpu;
   result.transitions = taken - first;
   result.counters = coordinator.counters();
   coordinator.Finish();
@@ -313,7 +303,7 @@ Ingested IngestRaw(const Experiment& experiment, int senders, double seconds) {
   control.incarnation = 1;
   control.phase = Control::Phase::kRunning;
   TimePoint start = Clock::now();
-  double cpu = OwnCpuSeconds();
+  double cpu = CpuSeconds(RUSAGE_SELF);
   TimePoint announced{};
   bool running = false;
   while (!running || SecondsSince(start) < seconds) {
@@ -327,11 +317,11 @@ Ingested IngestRaw(const Experiment& experiment, int senders, double seconds) {
       running = true;
       result.transitions = 0;
       start = Clock::now();
-      cpu = OwnCpuSeconds();
+      cpu = CpuSeconds(RUSAGE_SELF);
     }
   }
   result.seconds = SecondsSince(start);
-  result.cpu_seconds = OwnCpuSeconds() - cpu;
+  result.cpu_seconds = CpuSeconds(RUSAGE_SELF) - cpu;
   control.phase = Control::Phase::kFinished;
   for (int i = 0; i < 5; ++i) bus.Publish(Plane::kControl, kControlChannel, control);
   return result;

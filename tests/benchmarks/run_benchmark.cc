@@ -1,7 +1,6 @@
 // Whole runs of `cairn train` (the car's maze, LOCKSTEP, default number of actors): env steps and updates a second and
 // the share of the run that each process spends on a core. CAIRN_BENCH_STEPS sets the length (default 50000).
 #include <benchmark/benchmark.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,6 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
+
+#include "tests/benchmarks/cpu_time.h"
 
 namespace {
 
@@ -28,21 +29,12 @@ int Execute(const std::vector<std::string>& words) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-double CpuSeconds() {
-  rusage usage{};
-  getrusage(RUSAGE_CHILDREN, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
 void Train(benchmark::State& state, const char* experiment) {
   const char* steps = std::getenv("CAIRN_BENCH_STEPS");
   const std::string run_dir = "/tmp/cairn-bench-run-" + std::to_string(getpid());
   for (auto _ : state) {
     std::filesystem::remove_all(run_dir);
-    const double cpu = CpuSeconds();
+    const double cpu = cairn::CpuSeconds(RUSAGE_CHILDREN);
     if (Execute({std::string(CAIRN_BIN_DIR) + "/cairn", "train",
                  std::string(CAIRN_SOURCE_DIR) + "/deploy/experiments/" + experiment, "--run-dir", run_dir, "--quiet",
                  "--set", std::string("total_env_steps=") + (steps == nullptr ? "50000" : steps)}) != 0) {
@@ -54,9 +46,10 @@ void Train(benchmark::State& state, const char* experiment) {
     state.counters["env_steps_per_s"] = summary["env_steps_per_s"].get<double>();
     state.counters["updates_per_s"] = summary["updates_per_s"].get<double>();
     state.counters["wall_s"] = wall;
-    state.counters["cores_busy"] = (CpuSeconds() - cpu) / wall;
+    state.counters["cores_busy"] = (cairn::CpuSeconds(RUSAGE_CHILDREN) - cpu) / wall;
     state.counters["learner_core"] = summary["learner_cpu_s"].get<double>() / wall;
-    state.counters["actors_cores"] = (CpuSeconds() - cpu - summary["learner_cpu_s"].get<double>()) / wall;
+    state.counters["actors_cores"] =
+        (cairn::CpuSeconds(RUSAGE_CHILDREN) - cpu - summary["learner_cpu_s"].get<double>()) / wall;
   }
   std::filesystem::remove_all(run_dir);
 }

@@ -238,6 +238,17 @@ TEST(FleetTest, AnHeirThatDiesBeforeItInheritsIsReplaced) {
   EXPECT_THAT(fleet.Assignment(*fleet.Find(12)).vehicle, ElementsAre(0, 1, 2));
 }
 
+TEST(FleetTest, AnActorStaysWhenAllOthersAreLeaving) {
+  Fleet fleet = MakeFleet(2, 2);
+  fleet.Join(MakeHello(0, 10), kNow);
+  fleet.Join(MakeHello(1, 20), kNow);
+  fleet.Start();
+  fleet.Leave(1);
+  EXPECT_FALSE(fleet.HasOther(0));
+  EXPECT_TRUE(fleet.Reassign(0).empty());
+  EXPECT_NE(fleet.Find(10), nullptr) << "or its vehicles would be nobody's";
+}
+
 CoordinatorState TwoSessions() {
   CoordinatorState state;
   state.vehicles.resize(4);

@@ -6,6 +6,7 @@
 #   chaos.sh BIN_DIR [--seconds N, default 300] [--actors N, default 8] [--schedule ASYNC|LOCKSTEP] [--seed S]
 # Last line: "N passed, M failed".
 set -uo pipefail
+source "$(dirname "$0")/common.sh"
 
 bin=$(realpath "$1")
 shift
@@ -35,25 +36,12 @@ cleanup() {
 }
 trap cleanup EXIT
 trap "exit 1" INT TERM
-passed=0
-failed=0
-check() { # name, condition's exit status, what was seen
-  if (($2 == 0)); then
-    passed=$((passed + 1))
-    echo "ok      $1: $3"
-  else
-    failed=$((failed + 1))
-    echo "FAILED  $1: $3"
-  fi
-}
 
 interval=5 # seconds between checkpoints
 patience=10
 train=("$bin/cairn" train "$source_dir/deploy/experiments/car_maze_async.textproto" --actors "$actors"
   --max-restarts 100000 --set "schedule=$schedule" --set "learner.checkpoint_interval_s=$interval"
   --set evaluation.interval_env_steps=20000)
-value() { grep -o "\"$1\": *[^,}]*" "$2" | head -n 1 | sed 's/^[^:]*: *//'; }
-now() { echo $(($(date +%s%N) / 1000000)); } # milliseconds
 made() { cat "$work"/audit/"$1"* 2> /dev/null | wc -c; }
 children() { pgrep -P "$launcher" -f "$1"; }
 
@@ -172,5 +160,4 @@ holes=$(awk '{ key = $1 " " $2; if (!(key in last) || $3 > last[key]) last[key] 
 check "no episode with a hole, by content" "$holes" "$holes episodes"
 
 ((failed == 0)) || tail -n 30 "$work/run.log" "$log" >&2
-echo "$passed passed, $failed failed"
-((failed == 0))
+checks_ended

@@ -5,6 +5,7 @@
 #   kill_resume.sh BIN_DIR [--trials N, default 20] [--seed S]
 # Last line: "N passed, M failed".
 set -uo pipefail
+source "$(dirname "$0")/common.sh"
 
 bin=$(realpath "$1")
 shift
@@ -25,8 +26,6 @@ source_dir=$(realpath "$(dirname "$0")/../..")
 shim=$(realpath "$bin/../lib/libcairn_fault_shim.so")
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-passed=0
-failed=0
 points=0 # file system calls at which a learner was killed
 kills=0
 
@@ -41,10 +40,6 @@ train() {
     --set evaluation.test_starts=10 --set lockstep.round_steps=10 --set learner.checkpoint_interval_s=0.1 "$@"
 }
 
-value() { grep -o "\"$1\": *[^,}]*" "$2" | head -n 1 | sed 's/^[^:]*: *//'; }
-
-# Milliseconds since some point in the past.
-now() { echo $(($(date +%s%N) / 1000000)); }
 
 train "$work/whole" > "$work/whole.log" 2>&1 || { cat "$work/whole.log" >&2; echo "0 passed, 1 failed"; exit 1; }
 expected=$(value weights_crc32c "$work/whole/summary.json")
@@ -119,5 +114,4 @@ trial() {
 
 for ((t = 1; t <= trials; t++)); do trial "$t"; done
 echo "$kills learners killed, $points of them at a file system call"
-echo "$passed passed, $failed failed"
-((failed == 0))
+checks_ended

@@ -7,6 +7,7 @@
 #                [--vehicle KIND] [--goodput RUNS, default 5; 0: none]
 # Needs root, network namespaces and nft. Last line: "N passed, M failed".
 set -uo pipefail
+source "$(dirname "$0")/common.sh"
 
 bin=$(realpath "$1")
 shift
@@ -45,18 +46,6 @@ cleanup() {
 }
 trap cleanup EXIT
 trap "exit 1" INT TERM
-passed=0
-failed=0
-check() { # name, condition's exit status, what was seen
-  if (($2 == 0)); then
-    passed=$((passed + 1))
-    echo "ok      $1: $3"
-  else
-    failed=$((failed + 1))
-    echo "FAILED  $1: $3"
-  fi
-}
-value() { grep -o "\"$1\": *[^,}]*" "$2" | head -n 1 | sed 's/^[^:]*: *//'; }
 on() { # host, command …
   local host=$name-$1
   shift
@@ -152,5 +141,4 @@ if ((goodput > 0)); then
   median=$(echo "$ratios" | sed -n "$(((goodput + 1) / 2))p")
   check "goodput beside plain LCM" "$(awk "BEGIN { print !(${median:-0} >= 0.85) }")" "median ${median:-none} of $(echo $ratios)"
 fi
-echo "$passed passed, $failed failed"
-((failed == 0))
+checks_ended
