@@ -38,6 +38,7 @@ Actor::Actor(Bus* bus, const Experiment& experiment, const ActorIdentity& identi
       experiment_(experiment),
       identity_(identity),
       observation_size_(ObservationSize(experiment)),
+      action_size_(experiment.vehicle.action_size()),
       scene_(std::make_shared<Scene>(experiment)),
       tables_(bus, identity.experiment_hash),
       policies_(static_cast<int>(MakePolicyShape(experiment).num_parameters())),
@@ -375,11 +376,11 @@ void Actor::SendExperience(bool with_states) {
   std::vector<EpisodeResult> episodes = rollout_.TakeEpisodes();
   episodes.insert(episodes.end(), evaluation_results_.begin(), evaluation_results_.end());
   evaluation_results_.clear();
-  for (const Segment& segment : segments) audit_.Add(segment, observation_size_, kActionSize);
+  for (const Segment& segment : segments) audit_.Add(segment, observation_size_, action_size_);
   audit_.Flush();
   const int max_bytes = MaxMessageBytes(bus_->config().ttl) - static_cast<int>(kTrailerBytes) - 64;
   for (Experience& message :
-       PackExperience(std::move(segments), episodes, states, observation_size_, kActionSize, max_bytes)) {
+       PackExperience(std::move(segments), episodes, states, observation_size_, action_size_, max_bytes)) {
     message.session = bus_->config().session;
     message.actor_id = identity_.actor_id;
     message.sequence = stream_.next_sequence();
@@ -422,7 +423,8 @@ void Actor::SendTelemetry(TimePoint now) {
   telemetry.busy = std::min(1.0, busy_s_ / seconds);
   if (const Environment* first = rollout_.first()) {
     const Pose pose = first->pose();
-    telemetry.pose = {static_cast<float>(pose.x), static_cast<float>(pose.y), static_cast<float>(pose.yaw)};
+    telemetry.pose = {static_cast<float>(pose.x), static_cast<float>(pose.y), static_cast<float>(pose.z),
+                      static_cast<float>(pose.yaw)};
     telemetry.d_min = first->d_min();
   }
   bus_->Publish(Plane::kTelemetry, ActorChannel(identity_.actor_id), telemetry);

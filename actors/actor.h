@@ -82,6 +82,7 @@ class Actor {
   const Experiment& experiment_;
   const ActorIdentity identity_;
   const int observation_size_;
+  const int action_size_;
   std::shared_ptr<Scene> scene_;
   TableClient tables_;
   PolicyStore policies_;

@@ -30,8 +30,9 @@ double EdgeClearance(const DistanceField& field, const Sample& a, const Sample& 
 
 double FootprintClearance(const DistanceField& field, const Pose& pose, const Footprint& footprint,
                           double center_distance, double upper) {
-  const double radius = std::hypot(footprint.half_length, footprint.half_width);
+  const double radius = footprint.circumscribed_radius();
   if (center_distance - radius >= upper) return upper;
+  if (footprint.radius > 0) return std::max(center_distance - radius, 0.0);
   const Vector3d center(pose.x, pose.y, 0);
   const Vector3d forward = footprint.half_length * Vector3d(std::cos(pose.yaw), std::sin(pose.yaw), 0);
   const Vector3d left = footprint.half_width * Vector3d(-std::sin(pose.yaw), std::cos(pose.yaw), 0);

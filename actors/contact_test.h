@@ -1,34 +1,41 @@
 #pragma once
 
+#include "actors/motion.h"
 #include "actors/scene.h"
-#include "actors/vehicles/vehicle.h"
 
 namespace cairn::actors {
 
 /// Tests a vehicle's footprint against walls and bounds, for every physics step: the distance field at the centre
-/// answers far from obstacles (a few ns), the obstacle grid exactly near them.
+/// answers far from obstacles (a few ns), the obstacles themselves exactly near them.
 class ContactTest {
  public:
   /// `scene` must outlive it.
   explicit ContactTest(const Scene& scene)
       : scene_(scene),
-        footprint_{0.5 * scene.experiment().vehicle.length, 0.5 * scene.experiment().vehicle.width},
-        // The interpolated field is off by less than 0.71 resolutions.
-        safe_distance_(scene.experiment().vehicle.circumscribed_radius() + scene.field().resolution()) {}
+        footprint_(scene.footprint()),
+        // The interpolated field is off by less than 0.87 resolutions.
+        safe_distance_(footprint_.circumscribed_radius() + scene.field().resolution()) {}
 
   /// Field at the vehicle's centre [m].
-  double CenterDistance(const GroundState& state) const {
-    return scene_.field().Distance(Vector3d(state.x, state.y, 0));
+  double CenterDistance(const Motion& motion) const {
+    return scene_.field().Distance(Vector3d(motion.x, motion.y, motion.z));
   }
 
   /// True when the footprint touches; `center_distance` from above.
-  bool Touches(const GroundState& state, double center_distance) const {
-    return center_distance < safe_distance_ && scene_.obstacles().Overlaps(state.x, state.y, state.yaw, footprint_);
+  bool Touches(const Motion& motion, double center_distance) const {
+    return center_distance < safe_distance_ && TouchesExactly(motion);
   }
 
   const Footprint& footprint() const { return footprint_; }
 
  private:
+  bool TouchesExactly(const Motion& motion) const {
+    if (scene_.world().dimension == 3) {
+      return scene_.space_obstacles().Overlaps(Vector3d(motion.x, motion.y, motion.z), footprint_.radius);
+    }
+    return scene_.obstacles().Overlaps(motion.x, motion.y, motion.yaw, footprint_);
+  }
+
   const Scene& scene_;
   Footprint footprint_;
   double safe_distance_;

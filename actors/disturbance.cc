@@ -5,39 +5,47 @@
 
 namespace cairn::actors {
 
-HeldDisturbance::HeldDisturbance(const EnvironmentConfig& config)
-    : speed_gain_(config.speed_disturbance),
-      yaw_rate_gain_(config.yaw_rate_disturbance),
+HeldDisturbance::HeldDisturbance(const EnvironmentConfig& config, const VehicleConfig& vehicle)
+    : num_commands_(vehicle.action_size()),
       hold_steps_(std::max<int64_t>(1, std::llround(config.disturbance_hold * config.physics_rate_hz))),
-      random_(0, RandomPurpose::kDisturbance) {}
+      random_(0, RandomPurpose::kDisturbance) {
+  effects_.fill({true, config.speed_disturbance});
+  double turn = config.yaw_rate_disturbance;
+  // tan(steering) = yaw rate · wheel base / speed
+  if (vehicle.kind == VehicleConfig::Kind::kAckermann) turn = std::atan(turn * vehicle.wheel_base / vehicle.max_speed);
+  if (vehicle.turns()) effects_[static_cast<size_t>(num_commands_ - 1)] = {false, turn};
+}
 
 void HeldDisturbance::Reset(const RandomStream& random) {
   random_ = random;
-  speed_noise_ = yaw_rate_noise_ = 0;
+  noise_.fill(0);
 }
 
 bool HeldDisturbance::Advance(int64_t step) {
-  if (step % hold_steps_ != 0 || (speed_gain_ == 0 && yaw_rate_gain_ == 0)) return false;
-  speed_noise_ = speed_gain_ * random_.Normal();
-  yaw_rate_noise_ = yaw_rate_gain_ * random_.Normal();
+  if (step % hold_steps_ != 0) return false;
+  const auto last = effects_.begin() + num_commands_;
+  if (std::all_of(effects_.begin(), last, [](const Effect& effect) { return effect.gain == 0; })) return false;
+  for (int i = 0; i < num_commands_; ++i) noise_[i] = effects_[i].gain * random_.Normal();
   return true;
 }
 
-DriveCommand HeldDisturbance::Apply(const DriveCommand& command) const {
-  return {command.speed * (1 + speed_noise_), command.yaw_rate + yaw_rate_noise_};
+VehicleCommand HeldDisturbance::Apply(const VehicleCommand& command) const {
+  VehicleCommand disturbed = command;
+  for (int i = 0; i < num_commands_; ++i) {
+    disturbed[i] = effects_[i].relative ? command[i] * (1 + noise_[i]) : command[i] + noise_[i];
+  }
+  return disturbed;
 }
 
 void HeldDisturbance::Write(BlobWriter& blob) const {
   blob.Put(random_.position());
-  blob.Put(speed_noise_);
-  blob.Put(yaw_rate_noise_);
+  blob.Put(noise_);
 }
 
 void HeldDisturbance::Read(BlobReader& blob) {
   uint64_t position = 0;
   blob.Get(position);
-  blob.Get(speed_noise_);
-  blob.Get(yaw_rate_noise_);
+  blob.Get(noise_);
   random_.SetPosition(position);
 }
 

@@ -1,22 +1,18 @@
 #pragma once
 
 #include "actors/blob.h"
+#include "actors/motion.h"
 #include "common/config/experiment.h"
 #include "common/core/random.h"
 
 namespace cairn::actors {
 
-/// What the policy commands: forward speed [m/s] and yaw rate [rad/s].
-struct DriveCommand {
-  double speed = 0;
-  double yaw_rate = 0;
-};
-
-/// Disturbance of the command, held for disturbance_hold: v (1 + a n), w + b n' with standard normals n, n'. (White
-/// noise per physics step would vanish behind the motors.)
+/// Disturbance of the command, held for disturbance_hold: each speed v (1 + a n), yaw rate w + b n, a steering angle
+/// plus what gives b n at top speed, with a standard normal n for each. (White noise per physics step would vanish
+/// behind the motors.)
 class HeldDisturbance {
  public:
-  explicit HeldDisturbance(const EnvironmentConfig& config);
+  HeldDisturbance(const EnvironmentConfig& config, const VehicleConfig& vehicle);
 
   /// Starts an episode; the numbers come from `random`.
   void Reset(const RandomStream& random);
@@ -24,17 +20,23 @@ class HeldDisturbance {
   /// True when physics step `step` of the episode begins a new hold; draws its numbers.
   bool Advance(int64_t step);
 
-  DriveCommand Apply(const DriveCommand& command) const;
+  VehicleCommand Apply(const VehicleCommand& command) const;
 
   void Write(BlobWriter& blob) const;
   /// After Reset with the same stream.
   void Read(BlobReader& blob);
 
  private:
-  double speed_gain_, yaw_rate_gain_;
+  // How noise n changes a command: command · (1 + gain n), or command + gain n.
+  struct Effect {
+    bool relative = false;
+    double gain = 0;
+  };
+  int num_commands_;
+  std::array<Effect, kMaxActionSize> effects_;
   int64_t hold_steps_;
   RandomStream random_;
-  double speed_noise_ = 0, yaw_rate_noise_ = 0;
+  std::array<double, kMaxActionSize> noise_{};  // gain · n
 };
 
 }  // namespace cairn::actors

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "actors/blob.h"
+#include "actors/command.h"
 #include "actors/contact_test.h"
 #include "actors/disturbance.h"
 #include "actors/episode_meter.h"
@@ -17,14 +18,9 @@
 namespace cairn::actors {
 namespace {
 
-bool IsFinite(const GroundState& s) {
-  return std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.yaw) && std::isfinite(s.speed) &&
-         std::isfinite(s.yaw_rate);
-}
-
-DriveCommand ToCommand(const VehicleConfig& vehicle, const float* action) {
-  const double a0 = std::clamp<double>(action[0], -1, 1), a1 = std::clamp<double>(action[1], -1, 1);
-  return {vehicle.min_speed + 0.5 * (a0 + 1) * (vehicle.max_speed - vehicle.min_speed), a1 * vehicle.max_yaw_rate};
+bool IsFinite(const Motion& m) {
+  return std::isfinite(m.x) && std::isfinite(m.y) && std::isfinite(m.z) && std::isfinite(m.yaw) &&
+         std::isfinite(m.vx) && std::isfinite(m.vy) && std::isfinite(m.vz) && std::isfinite(m.yaw_rate);
 }
 
 // Field by field: the struct has padding, and equal episodes shall give equal blobs.
@@ -50,17 +46,18 @@ struct Environment::State {
         reward(MakeReward(s.experiment())),
         contact(s),
         meter(s, contact),
-        disturbance(s.experiment().environment),
+        disturbance(s.experiment().environment, s.experiment().vehicle),
         observation_noise(0, RandomPurpose::kObservationNoise),
         delay(static_cast<size_t>(s.experiment().environment.action_delay_steps)) {}
 
   void StartStreams(const EpisodeResult& episode);
   void Place(const EpisodeResult& episode, const Pose& start, int step_limit);
-  DriveCommand Delay(int step, const DriveCommand& command);
-  bool Drive(const DriveCommand& command, StepEvent& event);
+  VehicleCommand Delay(int step, const VehicleCommand& command);
+  bool Drive(const VehicleCommand& command, StepEvent& event);
   bool StepPhysics();
   StepEvent FindEvent();
-  float Distance() const { return reward->Distance(scene, Vector3d(n.ground.x, n.ground.y, 0)); }
+  Vector3d position() const { return {n.motion.x, n.motion.y, n.motion.z}; }
+  float Distance() const { return reward->Distance(scene, position()); }
   float ShortestLength(float distance) const;
 
   const Scene& scene;
@@ -70,12 +67,12 @@ struct Environment::State {
   ContactTest contact;
   EpisodeMeter meter;
   HeldDisturbance disturbance;
-  RandomStream observation_noise;   // position set per step, so that observing twice gives the same
-  std::vector<DriveCommand> delay;  // ring of commands on their way, slot = step mod size
+  RandomStream observation_noise;     // position set per step, so that observing twice gives the same
+  std::vector<VehicleCommand> delay;  // ring of commands on their way, slot = step mod size
   // All eight bytes wide: no padding in the blob.
   struct Numbers {
-    GroundState ground;  // the last finite state
-    double d_min = 0;    // a float's value
+    Motion motion;     // the last finite one
+    double d_min = 0;  // a float's value
     double episode_return = 0;
     int64_t physics_steps = 0;
     int64_t step_limit = 0;
@@ -90,35 +87,31 @@ void Environment::State::StartStreams(const EpisodeResult& episode) {
 
 void Environment::State::Place(const EpisodeResult& episode, const Pose& start, int step_limit) {
   RandomStream parameters = EpisodeStream(scene.experiment().seed, episode, NoiseUse::kParameters);
-  vehicle->Reset(start.x, start.y, start.yaw, parameters);
+  vehicle->Reset(start, parameters);
   n = Numbers{};
-  n.ground = {start.x, start.y, start.yaw, 0, 0};
+  n.motion = {start.x, start.y, start.z, start.yaw, 0, 0, 0, 0};
   n.step_limit = step_limit;
   n.d_min = Distance();
-  meter.Reset(n.ground);
-  const VehicleConfig& config = scene.experiment().vehicle;
-  std::fill(delay.begin(), delay.end(), DriveCommand{std::clamp(0.0, config.min_speed, config.max_speed), 0});
+  meter.Reset(n.motion);
+  std::fill(delay.begin(), delay.end(), RestCommand(scene.experiment().vehicle));
 }
 
 // Hands out the command of action_delay_steps ago; before the first one arrives the vehicle is told to stand still.
-DriveCommand Environment::State::Delay(int step, const DriveCommand& command) {
+VehicleCommand Environment::State::Delay(int step, const VehicleCommand& command) {
   if (delay.empty()) return command;
   return std::exchange(delay[static_cast<size_t>(step) % delay.size()], command);
 }
 
 // One control step; false when the state is no longer finite. The first event ends it.
-bool Environment::State::Drive(const DriveCommand& command, StepEvent& event) {
+bool Environment::State::Drive(const VehicleCommand& command, StepEvent& event) {
   const int steps = scene.control_physics_steps();
   for (int i = 0; i < steps && event == StepEvent::kNone; ++i) {
     const bool new_hold = disturbance.Advance(n.physics_steps);
-    if (i == 0 || new_hold) {
-      const DriveCommand disturbed = disturbance.Apply(command);
-      vehicle->Command(disturbed.speed, disturbed.yaw_rate);
-    }
+    if (i == 0 || new_hold) vehicle->Command(disturbance.Apply(command));
     if (!StepPhysics()) return false;
     event = FindEvent();
   }
-  if (event == StepEvent::kNone) meter.AddControlStep(n.ground);
+  if (event == StepEvent::kNone) meter.AddControlStep(n.motion);
   return true;
 }
 
@@ -130,29 +123,29 @@ bool Environment::State::StepPhysics() {
     return false;
   }
   ++n.physics_steps;
-  const GroundState next = vehicle->state();
+  const Motion next = vehicle->motion();
   if (!IsFinite(next)) return false;
-  n.ground = next;
+  n.motion = next;
   return true;
 }
 
 StepEvent Environment::State::FindEvent() {
-  const double center_distance = contact.CenterDistance(n.ground);
-  meter.AddPhysicsStep(n.ground, center_distance);
-  if (contact.Touches(n.ground, center_distance)) {
+  const double center_distance = contact.CenterDistance(n.motion);
+  meter.AddPhysicsStep(n.motion, center_distance);
+  if (contact.Touches(n.motion, center_distance)) {
     meter.SetContact();
     return StepEvent::kObstacle;
   }
   const World& world = scene.world();
-  if (!world.Contains(world.goal, Vector3d(n.ground.x, n.ground.y, 0))) return StepEvent::kNone;
-  meter.MeasureClearance(n.ground, center_distance);
+  if (!world.Contains(world.goal, position())) return StepEvent::kNone;
+  meter.MeasureClearance(n.motion, center_distance);
   return StepEvent::kGoal;
 }
 
 // The roadmap's length from here; near the edge of free space, where D is infinite, through the nearest way in.
 float Environment::State::ShortestLength(float distance) const {
   if (std::isfinite(distance)) return distance;
-  const Vector3d p(n.ground.x, n.ground.y, 0);
+  const Vector3d p = position();
   const RoadmapLookup& lookup = scene.lookup();
   const int entry = lookup.EntryVertex(p, scene.field(), 0);
   if (entry < 0) return distance;
@@ -176,7 +169,7 @@ void Environment::ResetEvaluation(StartSet set, int index, int evaluation) {
   next.set = set;
   next.vehicle = index;
   next.episode = evaluation;
-  Start(next, scene_->EvaluationStart(set, index), scene_->experiment().evaluation.max_steps);
+  Start(next, scene_->EvaluationStart(set, index), EvaluationSteps(scene_->experiment(), scene_->d_min_scale()));
 }
 
 void Environment::Start(const EpisodeResult& next, const Pose& start, int step_limit) {
@@ -186,12 +179,12 @@ void Environment::Start(const EpisodeResult& next, const Pose& start, int step_l
   episode_ = next;
   state_->StartStreams(episode_);
   state_->Place(episode_, start, step_limit);
-  episode_.shortest_length = state_->ShortestLength(scene_->lookup().CostToGo(Vector3d(start.x, start.y, 0)));
+  episode_.shortest_length = state_->ShortestLength(scene_->lookup().CostToGo(state_->position()));
   state_->meter.Fill(episode_);
 }
 
 void Environment::Observe(float* observation) const {
-  state_->builder.Build(state_->n.ground, d_min(), observation);
+  state_->builder.Build(state_->n.motion, d_min(), observation);
   const double noise = scene_->experiment().environment.observation_noise;
   if (noise == 0) return;
   const int size = state_->builder.size();
@@ -204,9 +197,9 @@ StepResult Environment::Step(const float* action) {
   CAIRN_CHECK(episode_.outcome == Outcome::kRunning, "the episode is over ({}): reset first",
               OutcomeName(episode_.outcome));
   StepEvent event = StepEvent::kNone;
-  const bool finite =
-      std::isfinite(action[0]) && std::isfinite(action[1]) &&
-      state_->Drive(state_->Delay(episode_.steps, ToCommand(scene_->experiment().vehicle, action)), event);
+  const VehicleConfig& vehicle = scene_->experiment().vehicle;
+  const bool finite = std::all_of(action, action + vehicle.action_size(), [](float a) { return std::isfinite(a); }) &&
+                      state_->Drive(state_->Delay(episode_.steps, ToCommand(vehicle, action)), event);
   ++episode_.steps;
   return finite ? Finish(event) : Diverge();
 }
@@ -236,9 +229,9 @@ StepResult Environment::Diverge() {
   return {0, SegmentEnd::kTruncated};
 }
 
-Pose Environment::pose() const { return {state_->n.ground.x, state_->n.ground.y, state_->n.ground.yaw}; }
+Pose Environment::pose() const { return state_->n.motion.pose(); }
 
-double Environment::speed() const { return state_->n.ground.speed; }
+const Motion& Environment::motion() const { return state_->n.motion; }
 
 float Environment::d_min() const { return static_cast<float>(state_->n.d_min); }
 
@@ -250,7 +243,7 @@ std::string Environment::Save() const {
   blob.Put(state_->n);
   state_->meter.Write(blob);
   state_->disturbance.Write(blob);
-  for (const DriveCommand& command : state_->delay) blob.Put(command);
+  for (const VehicleCommand& command : state_->delay) blob.Put(command);
   blob.PutBytes(state_->vehicle->Save());
   return blob.Take();
 }
@@ -262,7 +255,7 @@ void Environment::Load(const std::string& bytes) {
   blob.Get(state_->n);
   state_->meter.Read(blob);
   state_->disturbance.Read(blob);
-  for (DriveCommand& command : state_->delay) blob.Get(command);
+  for (VehicleCommand& command : state_->delay) blob.Get(command);
   state_->vehicle->Load(blob.GetBytes());
   blob.Finish();
 }

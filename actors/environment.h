@@ -33,13 +33,13 @@ class Environment {
   /// The same from the start pose that `start_episode` of the vehicle had.
   void ResetTraining(int vehicle, int episode, int start_episode);
 
-  /// Starts evaluation from start `index` of `set`; `evaluation` numbers the check. Step limit evaluation.max_steps.
+  /// Starts evaluation from start `index` of `set`; `evaluation` numbers the check. Step limit EvaluationSteps.
   void ResetEvaluation(StartSet set, int index, int evaluation);
 
   /// Writes ObservationSize(experiment) floats.
   void Observe(float* observation) const;
 
-  /// Applies an action in [−1, 1]^2 for one control period; the first event (contact, goal) ends it early.
+  /// Applies an action in [−1, 1]^action_size for one control period; the first event (contact, goal) ends it early.
   /// A non-finite action or state ends the episode as kDiverged (truncated, reward 0): the caller counts it and keeps
   /// its last segment out of replay. Pose and observation stay those of the last finite state.
   StepResult Step(const float* action);
@@ -48,7 +48,7 @@ class Environment {
   const EpisodeResult& episode() const { return episode_; }
 
   Pose pose() const;
-  double speed() const;  ///< forward [m/s]
+  const Motion& motion() const;
   const Scene& scene() const { return *scene_; }
   /// D_min of the current episode under the reward's D [m], kUnreachable while no D was finite.
   float d_min() const;

@@ -23,44 +23,47 @@ EpisodeMeter::EpisodeMeter(const Scene& scene, const ContactTest& contact)
       clearance_stride_(
           std::max<int64_t>(1, std::llround(scene.experiment().environment.physics_rate_hz / kClearanceRateHz))) {}
 
-void EpisodeMeter::Reset(const GroundState& start) {
+void EpisodeMeter::Reset(const Motion& start) {
   numbers_ = Numbers{};
   numbers_.x = start.x;
   numbers_.y = start.y;
-  numbers_.min_clearance = FootprintClearance(scene_.field(), {start.x, start.y, start.yaw}, contact_.footprint(),
+  numbers_.z = start.z;
+  numbers_.min_clearance = FootprintClearance(scene_.field(), start.pose(), contact_.footprint(),
                                               contact_.CenterDistance(start), std::numeric_limits<double>::infinity());
 }
 
-void EpisodeMeter::AddPhysicsStep(const GroundState& state, double center_distance) {
+void EpisodeMeter::AddPhysicsStep(const Motion& motion, double center_distance) {
   Numbers& n = numbers_;
-  const double dx = state.x - n.x, dy = state.y - n.y;
-  n.path_length += std::sqrt(dx * dx + dy * dy);
-  n.x = state.x;
-  n.y = state.y;
+  const double dx = motion.x - n.x, dy = motion.y - n.y, dz = motion.z - n.z;
+  n.path_length += std::sqrt(dx * dx + dy * dy + dz * dz);
+  n.x = motion.x;
+  n.y = motion.y;
+  n.z = motion.z;
   ++n.physics_steps;
-  if (n.physics_steps % clearance_stride_ == 0) MeasureClearance(state, center_distance);
+  if (n.physics_steps % clearance_stride_ == 0) MeasureClearance(motion, center_distance);
 }
 
-void EpisodeMeter::MeasureClearance(const GroundState& state, double center_distance) {
+void EpisodeMeter::MeasureClearance(const Motion& motion, double center_distance) {
   Numbers& n = numbers_;
   if (center_distance - circumscribed_radius_ >= n.min_clearance) return;
-  n.min_clearance = FootprintClearance(scene_.field(), {state.x, state.y, state.yaw}, contact_.footprint(),
-                                       center_distance, n.min_clearance);
+  n.min_clearance =
+      FootprintClearance(scene_.field(), motion.pose(), contact_.footprint(), center_distance, n.min_clearance);
 }
 
 // Jerk by second differences of the velocity in W: |v_k − 2 v_{k−1} + v_{k−2}| / period², from the second step on.
-void EpisodeMeter::AddControlStep(const GroundState& state) {
+void EpisodeMeter::AddControlStep(const Motion& motion) {
   Numbers& n = numbers_;
-  const double vx = state.speed * std::cos(state.yaw), vy = state.speed * std::sin(state.yaw);
+  const double c = std::cos(motion.yaw), s = std::sin(motion.yaw);
+  const double velocity[3] = {c * motion.vx - s * motion.vy, s * motion.vx + c * motion.vy, motion.vz};
   ++n.control_steps;
-  if (n.control_steps >= 2) {
-    n.jerk_sum += std::hypot(vx - 2 * n.velocity_x[0] + n.velocity_x[1], vy - 2 * n.velocity_y[0] + n.velocity_y[1]) /
-                  (control_period_ * control_period_);
+  double squared = 0;
+  for (int k = 0; k < 3; ++k) {
+    const double change = velocity[k] - 2 * n.velocity[0][k] + n.velocity[1][k];
+    squared += change * change;
+    n.velocity[1][k] = n.velocity[0][k];
+    n.velocity[0][k] = velocity[k];
   }
-  n.velocity_x[1] = n.velocity_x[0];
-  n.velocity_y[1] = n.velocity_y[0];
-  n.velocity_x[0] = vx;
-  n.velocity_y[0] = vy;
+  if (n.control_steps >= 2) n.jerk_sum += std::sqrt(squared) / (control_period_ * control_period_);
 }
 
 void EpisodeMeter::Fill(EpisodeResult& result) const {

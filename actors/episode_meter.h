@@ -2,7 +2,7 @@
 
 #include "actors/blob.h"
 #include "actors/contact_test.h"
-#include "actors/vehicles/vehicle.h"
+#include "actors/motion.h"
 #include "common/rl/episode.h"
 
 namespace cairn::actors {
@@ -14,16 +14,16 @@ class EpisodeMeter {
   EpisodeMeter(const Scene& scene, const ContactTest& contact);
 
   /// The vehicle rests at its start.
-  void Reset(const GroundState& start);
+  void Reset(const Motion& start);
 
-  /// After a physics step that ended in `state`.
-  void AddPhysicsStep(const GroundState& state, double center_distance);
+  /// After a physics step that ended in `motion`.
+  void AddPhysicsStep(const Motion& motion, double center_distance);
 
   /// Looks at the clearance now; AddPhysicsStep does so 60 times a second.
-  void MeasureClearance(const GroundState& state, double center_distance);
+  void MeasureClearance(const Motion& motion, double center_distance);
 
   /// After a whole control step; one that an event cut short has no jerk of its own.
-  void AddControlStep(const GroundState& state);
+  void AddControlStep(const Motion& motion);
 
   /// Touching an obstacle is clearance 0.
   void SetContact() { numbers_.min_clearance = 0; }
@@ -43,10 +43,10 @@ class EpisodeMeter {
   int64_t clearance_stride_;  // physics steps between two looks at the clearance
   // All eight bytes wide: no padding, so that equal states give equal blobs.
   struct Numbers {
-    double x = 0, y = 0;
+    double x = 0, y = 0, z = 0;
     double path_length = 0;
     double min_clearance = 0;
-    double velocity_x[2] = {}, velocity_y[2] = {};  // in W at the last two ends of control steps
+    double velocity[2][3] = {};  // in W at the last two ends of control steps, newest first
     double jerk_sum = 0;
     int64_t control_steps = 0;
     int64_t physics_steps = 0;

@@ -10,6 +10,7 @@ EvaluationBatch::EvaluationBatch(const std::shared_ptr<const Scene>& scene, Star
     : set_(set),
       starts_(std::move(starts)),
       options_(options),
+      action_size_(static_cast<size_t>(scene->experiment().vehicle.action_size())),
       results_(starts_.size()),
       trajectories_(starts_.size()) {
   const size_t slots = std::min(starts_.size(), static_cast<size_t>(std::max(1, options_.max_batch)));
@@ -31,7 +32,8 @@ bool EvaluationBatch::Begin(Slot& slot) {
 void EvaluationBatch::Record(const Slot& slot) {
   if (!options_.record) return;
   const Pose pose = slot.environment->pose();
-  trajectories_[slot.start].push_back({static_cast<float>(pose.x), static_cast<float>(pose.y)});
+  trajectories_[slot.start].push_back(
+      {static_cast<float>(pose.x), static_cast<float>(pose.y), static_cast<float>(pose.z)});
 }
 
 void EvaluationBatch::Finish(const Slot& slot) {
@@ -42,12 +44,12 @@ void EvaluationBatch::Finish(const Slot& slot) {
 void EvaluationBatch::Step(Controller& controller) {
   environments_.clear();
   for (const Slot& slot : active_) environments_.push_back(slot.environment.get());
-  actions_.resize(active_.size() * kActionSize);
+  actions_.resize(active_.size() * action_size_);
   controller.Act(environments_, actions_.data());
   const float* action = actions_.data();
   for (Slot& slot : active_) {
     const StepResult step = slot.environment->Step(action);
-    action += kActionSize;
+    action += action_size_;
     Record(slot);
     if (step.end == SegmentEnd::kNone) continue;
     Finish(slot);

@@ -10,8 +10,8 @@
 
 namespace cairn::actors {
 
-/// Way of one episode: (x, y) of the vehicle's centre [m] at its start and after each control step.
-using Trajectory = std::vector<std::array<float, 2>>;
+/// Way of one episode: (x, y, z) of the vehicle's centre [m] at its start and after each control step.
+using Trajectory = std::vector<std::array<float, 3>>;
 
 struct EvaluationOptions {
   /// Key of the disturbances: a check has others than the next one, and all of one policy version have the same, so
@@ -55,6 +55,7 @@ class EvaluationBatch {
   StartSet set_;
   std::vector<int> starts_;
   EvaluationOptions options_;
+  size_t action_size_;
   size_t next_ = 0;
   std::vector<Slot> active_;
   std::vector<const Environment*> environments_;

@@ -9,6 +9,9 @@ namespace {
 
 constexpr float kUnreachableEntry = 1.2f;  // where D_min is infinite, beyond all finite values
 
+// Turns a vector of W into the level frame with this yaw.
+Vector3d ToBody(const Vector3d& v, double c, double s) { return {c * v.x() + s * v.y(), c * v.y() - s * v.x(), v.z()}; }
+
 }  // namespace
 
 double BeamAngle(const ScanConfig& scan, int beam) {
@@ -18,45 +21,63 @@ double BeamAngle(const ScanConfig& scan, int beam) {
   return scan.field_of_view * (static_cast<double>(beam) / (scan.beams - 1) - 0.5);
 }
 
+std::vector<Vector3d> BeamDirections(const ScanConfig& scan, int dimension) {
+  std::vector<Vector3d> beams;
+  if (dimension == 2) {
+    for (int beam = 0; beam < scan.beams; ++beam) {
+      const double angle = BeamAngle(scan, beam);
+      beams.emplace_back(std::cos(angle), std::sin(angle), 0);
+    }
+    return beams;
+  }
+  for (const int axes : {1, 3, 2}) {  // non-zero components: axes, diagonals of the cube, diagonals of its faces
+    for (int i = 0; i < 27; ++i) {
+      const Vector3d v(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+      if (std::lround(v.squaredNorm()) == axes) beams.push_back(v.normalized());
+    }
+  }
+  beams.resize(std::min(beams.size(), static_cast<size_t>(scan.beams)));
+  return beams;
+}
+
 ObservationBuilder::ObservationBuilder(const Scene& scene)
     : scene_(scene),
       config_(scene.experiment().observation),
       vehicle_(scene.experiment().vehicle),
+      beams_(BeamDirections(vehicle_.scan, vehicle_.dimension())),
       nearest_ray_(std::min(vehicle_.inscribed_radius(), vehicle_.scan.range)),
       radius_(vehicle_.circumscribed_radius()),
-      size_(ObservationSize(scene.experiment())) {
-  for (int beam = 0; beam < vehicle_.scan.beams; ++beam) {
-    const double angle = BeamAngle(vehicle_.scan, beam);
-    beams_.push_back({std::cos(angle), std::sin(angle)});
-  }
-}
+      size_(ObservationSize(scene.experiment())) {}
 
-void ObservationBuilder::Build(const GroundState& state, float d_min, float* out) const {
-  if (config_.position) out = Position(state, out);
-  if (config_.heading) out = Heading(state, out);
-  if (config_.velocity) out = Velocity(state, out);
+void ObservationBuilder::Build(const Motion& motion, float d_min, float* out) const {
+  if (config_.position) out = Position(motion, out);
+  if (config_.heading && vehicle_.turns()) out = Heading(motion, out);
+  if (config_.velocity) out = Velocity(motion, out);
   if (config_.d_min) out = DMin(d_min, out);
-  if (config_.look_ahead) out = LookAhead(state, out);
-  if (config_.rays) Rays(state, out);
+  if (config_.look_ahead) out = LookAhead(motion, out);
+  if (config_.rays) Rays(motion, out);
 }
 
-float* ObservationBuilder::Position(const GroundState& state, float* out) const {
+float* ObservationBuilder::Position(const Motion& motion, float* out) const {
   const Box& bounds = scene_.world().bounds;
-  *out++ = static_cast<float>(2 * (state.x - bounds.min.x()) / bounds.size().x() - 1);
-  *out++ = static_cast<float>(2 * (state.y - bounds.min.y()) / bounds.size().y() - 1);
+  const Vector3d p(motion.x, motion.y, motion.z);
+  for (int k = 0; k < vehicle_.dimension(); ++k) {
+    *out++ = static_cast<float>(2 * (p[k] - bounds.min[k]) / bounds.size()[k] - 1);
+  }
   return out;
 }
 
-float* ObservationBuilder::Heading(const GroundState& state, float* out) const {
-  *out++ = static_cast<float>(std::cos(state.yaw));
-  *out++ = static_cast<float>(std::sin(state.yaw));
+float* ObservationBuilder::Heading(const Motion& motion, float* out) const {
+  *out++ = static_cast<float>(std::cos(motion.yaw));
+  *out++ = static_cast<float>(std::sin(motion.yaw));
   return out;
 }
 
-float* ObservationBuilder::Velocity(const GroundState& state, float* out) const {
+float* ObservationBuilder::Velocity(const Motion& motion, float* out) const {
   const double top_speed = std::max(std::abs(vehicle_.min_speed), std::abs(vehicle_.max_speed));
-  *out++ = static_cast<float>(state.speed / top_speed);
-  *out++ = static_cast<float>(state.yaw_rate / vehicle_.max_yaw_rate);
+  *out++ = static_cast<float>(motion.vx / top_speed);
+  if (vehicle_.holonomic()) *out++ = static_cast<float>(motion.vy / top_speed);
+  *out++ = static_cast<float>(vehicle_.turns() ? motion.yaw_rate / vehicle_.max_yaw_rate : motion.vz / top_speed);
   return out;
 }
 
@@ -67,15 +88,15 @@ float* ObservationBuilder::DMin(float d_min, float* out) const {
 }
 
 // (PointAlong(p, entry, L) − p) in the body frame over L, for L = near and far; 0 where no vertex leads to the goal.
-float* ObservationBuilder::LookAhead(const GroundState& state, float* out) const {
-  const Vector3d p(state.x, state.y, 0);
+float* ObservationBuilder::LookAhead(const Motion& motion, float* out) const {
+  const Vector3d p(motion.x, motion.y, motion.z);
   const RoadmapLookup& lookup = scene_.lookup();
   const int entry = lookup.EntryVertex(p, scene_.field(), config_.look_ahead_clearance);
-  const double c = std::cos(state.yaw), s = std::sin(state.yaw);
+  const double c = std::cos(motion.yaw), s = std::sin(motion.yaw);
   for (const double length : {config_.look_ahead_near, config_.look_ahead_far}) {
     const Vector3d gap = entry < 0 ? Vector3d::Zero() : Vector3d(lookup.PointAlong(p, entry, length) - p);
-    *out++ = static_cast<float>((c * gap.x() + s * gap.y()) / length);
-    *out++ = static_cast<float>((c * gap.y() - s * gap.x()) / length);
+    const Vector3d ahead = ToBody(gap, c, s);
+    for (int k = 0; k < vehicle_.dimension(); ++k) *out++ = static_cast<float>(ahead[k] / length);
   }
   return out;
 }
@@ -83,12 +104,15 @@ float* ObservationBuilder::LookAhead(const GroundState& state, float* out) const
 // 1 − 2 exp(−(range − radius) / ray_scale): −1 where an obstacle touches the footprint's circle, towards 1 far away.
 // A wall beside a long vehicle stands inside that circle without a collision: entries go below −1 there, down to what
 // the inscribed radius gives.
-float* ObservationBuilder::Rays(const GroundState& state, float* out) const {
-  const double c = std::cos(state.yaw), s = std::sin(state.yaw);
-  const double x = state.x + c * vehicle_.scan.mount_x, y = state.y + s * vehicle_.scan.mount_x;
-  for (const Direction& beam : beams_) {
-    const double range =
-        scene_.obstacles().CastRay(x, y, c * beam.x - s * beam.y, s * beam.x + c * beam.y, vehicle_.scan.range);
+float* ObservationBuilder::Rays(const Motion& motion, float* out) const {
+  const double c = std::cos(motion.yaw), s = std::sin(motion.yaw);
+  const double x = motion.x + c * vehicle_.scan.mount_x, y = motion.y + s * vehicle_.scan.mount_x;
+  const double max_range = vehicle_.scan.range;
+  for (const Vector3d& beam : beams_) {
+    const double dx = c * beam.x() - s * beam.y(), dy = s * beam.x() + c * beam.y();
+    const double range = vehicle_.dimension() == 2
+                             ? scene_.obstacles().CastRay(x, y, dx, dy, max_range)
+                             : scene_.space_obstacles().CastRay({x, y, motion.z}, {dx, dy, beam.z()}, max_range);
     const double gap = std::max(range, nearest_ray_) - radius_;
     *out++ = static_cast<float>(1 - 2 * std::exp(-gap / config_.ray_scale));
   }

@@ -8,7 +8,9 @@
 namespace cairn::actors {
 
 Rollout::Rollout(std::shared_ptr<const Scene> scene)
-    : scene_(std::move(scene)), observation_size_(ObservationSize(scene_->experiment())) {}
+    : scene_(std::move(scene)),
+      observation_size_(ObservationSize(scene_->experiment())),
+      action_size_(static_cast<size_t>(scene_->experiment().vehicle.action_size())) {}
 
 void Rollout::Assign(const std::vector<int32_t>& vehicles, const std::vector<int32_t>& next_episode,
                      const std::vector<int64_t>& steps_done, const std::vector<Bytes>& states) {
@@ -32,8 +34,8 @@ void Rollout::Assign(const std::vector<int32_t>& vehicles, const std::vector<int
   }
   vehicles_ = std::move(assigned);
   observations_.resize(vehicles_.size() * static_cast<size_t>(observation_size_));
-  noise_.resize(vehicles_.size() * kActionSize);
-  actions_.resize(vehicles_.size() * kActionSize);
+  noise_.resize(vehicles_.size() * action_size_);
+  actions_.resize(vehicles_.size() * action_size_);
 }
 
 RandomStream Rollout::ExplorationStream(const VehicleState& vehicle) const {
@@ -86,7 +88,7 @@ bool Rollout::RetriesStart(VehicleState& vehicle, Outcome outcome) const {
 void Rollout::Step(const std::vector<int>& indices, const RolloutContext& context) {
   Act(indices, context);
   for (size_t row = 0; row < indices.size(); ++row) {
-    Advance(&vehicles_[static_cast<size_t>(indices[row])], actions_.data() + row * kActionSize, context);
+    Advance(&vehicles_[static_cast<size_t>(indices[row])], actions_.data() + row * action_size_, context);
   }
 }
 
@@ -95,8 +97,8 @@ void Rollout::Act(const std::vector<int>& indices, const RolloutContext& context
   for (size_t row = 0; row < indices.size(); ++row) {
     VehicleState& vehicle = vehicles_[static_cast<size_t>(indices[row])];
     std::copy(vehicle.observation.begin(), vehicle.observation.end(), observations_.begin() + row * observation_size);
-    for (size_t a = 0; a < kActionSize; ++a) {
-      const size_t at = row * kActionSize + a;
+    for (size_t a = 0; a < action_size_; ++a) {
+      const size_t at = row * action_size_ + a;
       if (context.warm_up) {
         actions_[at] = static_cast<float>(vehicle.exploration.Uniform(-1.0, 1.0));
       } else {
@@ -127,7 +129,7 @@ void Rollout::Advance(VehicleState* vehicle, const float* action, const RolloutC
   }
   vehicle->environment->Observe(vehicle->observation.data());
   segment.observations.insert(segment.observations.end(), vehicle->observation.begin(), vehicle->observation.end());
-  segment.actions.insert(segment.actions.end(), action, action + kActionSize);
+  segment.actions.insert(segment.actions.end(), action, action + action_size_);
   segment.rewards.push_back(result.reward);
   ++vehicle->step;
   ++vehicle->transitions;

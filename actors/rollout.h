@@ -83,6 +83,7 @@ class Rollout {
 
   std::shared_ptr<const Scene> scene_;
   const int observation_size_;
+  const size_t action_size_;
   std::vector<VehicleState> vehicles_;
   std::vector<float> observations_, noise_, actions_;  // batch buffers, row per vehicle
   std::vector<Segment> segments_;

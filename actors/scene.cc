@@ -20,6 +20,18 @@ int ControlPhysicsSteps(const EnvironmentConfig& config) {
   return std::max(1, static_cast<int>(std::lround(config.control_period * config.physics_rate_hz)));
 }
 
+Footprint MakeFootprint(const VehicleConfig& vehicle) {
+  if (vehicle.radius > 0) return {0, 0, vehicle.radius};
+  return {0.5 * vehicle.length, 0.5 * vehicle.width, 0};
+}
+
+void CheckDimension(const VehicleConfig& vehicle, const World& world) {
+  if (vehicle.dimension() == world.dimension) return;
+  ThrowUsageError("vehicle.kind: {}, but the world is {}",
+                  vehicle.dimension() == 3 ? "a QUADROTOR flies" : "it drives in the plane (only a QUADROTOR flies)",
+                  world.dimension == 3 ? "in space" : "plane");
+}
+
 RandomPurpose StartPurpose(StartSet set) {
   switch (set) {
     case StartSet::kConsumption:
@@ -41,8 +53,12 @@ Scene::Scene(Experiment experiment)
       control_physics_steps_(ControlPhysicsSteps(experiment_.environment)),
       world_(MakeWorld(experiment_.world)),
       field_(world_, experiment_.world.field_resolution),
-      obstacles_(world_, 1.01 * experiment_.vehicle.circumscribed_radius()),
+      footprint_(MakeFootprint(experiment_.vehicle)),
       reachability_(world_, field_, experiment_.planner.radius) {
+  CheckDimension(experiment_.vehicle, world_);
+  const double reach = 1.01 * footprint_.circumscribed_radius();
+  if (world_.dimension == 2) obstacles_.emplace(world_, reach);
+  if (world_.dimension == 3) space_obstacles_.emplace(world_, reach);
   reachability_.CheckStart();
 }
 
@@ -57,13 +73,13 @@ Pose Scene::TrainingStart(int vehicle, int episode) const {
   RandomStream random(experiment_.seed, RandomPurpose::kStart, static_cast<uint32_t>(vehicle),
                       static_cast<uint32_t>(episode));
   const bool anywhere = experiment_.environment.start == EnvironmentConfig::Start::kUniform;
-  return DrawStart(random, anywhere ? world_.bounds : world_.start);
+  return DrawStart(random, anywhere ? world_.start_space : world_.start);
 }
 
 Pose Scene::EvaluationStart(StartSet set, int index) const {
   CAIRN_CHECK(set != StartSet::kTraining);
   RandomStream random(experiment_.world.seed, StartPurpose(set), static_cast<uint32_t>(index));
-  return DrawStart(random, world_.bounds);
+  return DrawStart(random, world_.start_space);
 }
 
 Pose Scene::DrawStart(RandomStream& random, const Box& region) const {
@@ -71,13 +87,15 @@ Pose Scene::DrawStart(RandomStream& random, const Box& region) const {
   for (int draw = 0; draw < kMaxDraws; ++draw) {
     const double x = random.Uniform(region.min.x(), region.max.x());
     const double y = random.Uniform(region.min.y(), region.max.y());
-    const Vector3d p(x, y, 0);
+    const double z = world_.dimension == 3 ? random.Uniform(region.min.z(), region.max.z()) : 0;
+    const Vector3d p(x, y, z);
     if (world_.Contains(world_.goal, p) || field_.Distance(p) < clearance || !reachability_.Reaches(p)) continue;
-    return {x, y, random.Uniform(-std::numbers::pi, std::numbers::pi)};
+    return {x, y, experiment_.vehicle.turns() ? random.Uniform(-std::numbers::pi, std::numbers::pi) : 0, z};
   }
-  ThrowUsageError("vehicle.length {}, vehicle.width {}: no free start found among {} draws in x {}..{} m, y {}..{} m",
-                  experiment_.vehicle.length, experiment_.vehicle.width, kMaxDraws, region.min.x(), region.max.x(),
-                  region.min.y(), region.max.y());
+  ThrowUsageError(
+      "vehicle: no free start for its circumscribed radius of {:.4g} m among {} draws in x {}..{} m, y {}..{} m",
+      experiment_.vehicle.circumscribed_radius(), kMaxDraws, region.min.x(), region.max.x(), region.min.y(),
+      region.max.y());
 }
 
 }  // namespace cairn::actors

@@ -231,7 +231,8 @@ void Coordinator::OnStatus(const ActorStatus& status) {
 void Coordinator::OnExperience(Experience&& experience) {
   const std::lock_guard lock(mutex_);
   ActorRecord* actor = fleet_.Find(experience.session);
-  if (actor == nullptr || experience.observation_size != observation_size_ || experience.action_size != kActionSize) {
+  if (actor == nullptr || experience.observation_size != observation_size_ ||
+      experience.action_size != experiment_.vehicle.action_size()) {
     ++counters_.refused;
     return;
   }

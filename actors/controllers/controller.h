@@ -11,7 +11,7 @@ class Controller {
  public:
   virtual ~Controller() = default;
 
-  /// Writes `actions` [n × kActionSize], one row per environment, in [−1, 1]. A row may depend on its own environment
+  /// Writes `actions` [n × action_size], one row per environment, in [−1, 1]. A row may depend on its own environment
   /// only, so that results do not depend on how episodes are batched.
   virtual void Act(std::span<const Environment* const> environments, float* actions) = 0;
 };

@@ -6,9 +6,7 @@ namespace cairn::actors {
 
 PolicyController::PolicyController(Policy& policy, int max_batch)
     : policy_(policy),
-      observations_(static_cast<size_t>(max_batch) * static_cast<size_t>(policy.shape().observation_size)) {
-  CAIRN_CHECK(policy.shape().action_size == kActionSize);
-}
+      observations_(static_cast<size_t>(max_batch) * static_cast<size_t>(policy.shape().observation_size)) {}
 
 void PolicyController::Act(std::span<const Environment* const> environments, float* actions) {
   const auto size = static_cast<size_t>(policy_.shape().observation_size);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "actors/command.h"
 #include "common/core/check.h"
 
 namespace cairn::actors {
@@ -30,38 +31,69 @@ double PurePursuit::FrontClearance(const Pose& pose) const {
   return std::max(0.0, range - 0.5 * vehicle.length);
 }
 
-void PurePursuit::Drive(const Pose& pose, double& speed, double& yaw_rate) const {
-  speed = yaw_rate = 0;
+// Free way of the footprint's circle from the centre along a unit vector of W [m].
+double PurePursuit::FreeRange(const Pose& pose, const Vector3d& direction) const {
+  const double range = params_.approach_distance * radius_ + radius_;
+  const double hit = scene_->world().dimension == 3
+                         ? scene_->space_obstacles().CastRay({pose.x, pose.y, pose.z}, direction, range)
+                         : scene_->obstacles().CastRay(pose.x, pose.y, direction.x(), direction.y(), range);
+  return std::max(0.0, hit - radius_);
+}
+
+VehicleCommand PurePursuit::DriveAlongAxes(const Pose& pose, const Vector3d& gap) const {
+  const double distance = gap.norm();
+  if (distance == 0) return {};
+  const Vector3d direction = gap / distance;
+  const double top = scene_->experiment().vehicle.max_speed;
+  const double approach = top * FreeRange(pose, direction) / (params_.approach_distance * radius_);
+  const double speed = std::min(params_.cruise_speed * top, std::max(params_.creep_speed * top, approach));
+  const Vector3d v = speed * direction;
+  const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+  VehicleCommand command{c * v.x() + s * v.y(), c * v.y() - s * v.x(), 0};
+  if (!scene_->experiment().vehicle.turns()) command[2] = v.z();
+  return command;
+}
+
+VehicleCommand PurePursuit::DriveCar(const Pose& pose, const Vector3d& gap) const {
   const VehicleConfig& vehicle = scene_->experiment().vehicle;
-  const Vector3d p(pose.x, pose.y, 0);
-  const int entry = scene_->lookup().EntryVertex(p, scene_->field(), params_.clearance * radius_);
-  if (entry < 0) return;
-  const Vector3d gap = scene_->lookup().PointAlong(p, entry, params_.look_ahead * radius_) - p;
+  const bool steers = vehicle.kind == VehicleConfig::Kind::kAckermann;
   const double angle = std::remainder(std::atan2(gap.y(), gap.x()) - pose.yaw, 2 * M_PI);
   const double limit = vehicle.max_yaw_rate;
   const double front = FrontClearance(pose);
   const bool blocked = front < params_.blocked_distance * radius_;
-  if (std::abs(angle) > (blocked ? params_.blocked_angle : params_.turn_angle)) {
-    yaw_rate = std::clamp(angle / params_.turn_time, -limit, limit);
-    return;
+  if (!steers && std::abs(angle) > (blocked ? params_.blocked_angle : params_.turn_angle)) {
+    return {0, std::clamp(angle / params_.turn_time, -limit, limit)};
   }
   // The circle through p along the heading and through the pursued point: curvature 2 sin(angle) / distance.
   const double curvature = 2 * std::sin(angle) / std::max(gap.norm(), 1e-3 * radius_);
   const double top = vehicle.max_speed;
-  const double approach = top * front / (params_.approach_distance * radius_);
-  speed = std::min({params_.cruise_speed * top * std::cos(angle), std::max(params_.creep_speed * top, approach),
-                    limit / std::max(std::abs(curvature), 1e-9)});
-  yaw_rate = std::clamp(speed * curvature, -limit, limit);
+  const double creep = params_.creep_speed * top;
+  const double approach = std::max(creep, top * front / (params_.approach_distance * radius_));
+  const double cruise = params_.cruise_speed * top * std::cos(angle);
+  if (steers) {
+    const double end = vehicle.max_steering;
+    const double steering = std::abs(angle) > 0.5 * M_PI
+                                ? std::copysign(end, angle)
+                                : std::clamp(std::atan(curvature * vehicle.wheel_base), -end, end);
+    return {std::min(std::max(creep, cruise), approach), steering};
+  }
+  const double speed = std::min({cruise, approach, limit / std::max(std::abs(curvature), 1e-9)});
+  return {speed, std::clamp(speed * curvature, -limit, limit)};
+}
+
+VehicleCommand PurePursuit::Drive(const Pose& pose) const {
+  const Vector3d p(pose.x, pose.y, pose.z);
+  const int entry = scene_->lookup().EntryVertex(p, scene_->field(), params_.clearance * radius_);
+  if (entry < 0) return {};
+  const Vector3d gap = scene_->lookup().PointAlong(p, entry, params_.look_ahead * radius_) - p;
+  return scene_->experiment().vehicle.holonomic() ? DriveAlongAxes(pose, gap) : DriveCar(pose, gap);
 }
 
 void PurePursuit::Act(std::span<const Environment* const> environments, float* actions) {
   const VehicleConfig& vehicle = scene_->experiment().vehicle;
   for (const Environment* environment : environments) {
-    double speed = 0, yaw_rate = 0;
-    Drive(environment->pose(), speed, yaw_rate);
-    const double a = 2 * (speed - vehicle.min_speed) / (vehicle.max_speed - vehicle.min_speed) - 1;
-    *actions++ = static_cast<float>(std::clamp(a, -1.0, 1.0));
-    *actions++ = static_cast<float>(yaw_rate / vehicle.max_yaw_rate);
+    ToAction(vehicle, Drive(environment->pose()), actions);
+    actions += vehicle.action_size();
   }
 }
 

@@ -37,11 +37,15 @@ class PurePursuit final : public Controller {
 
   void Act(std::span<const Environment* const> environments, float* actions) override;
 
-  /// Forward speed [m/s] and yaw rate [rad/s] at a pose; stands still where no roadmap leads on.
-  void Drive(const Pose& pose, double& speed, double& yaw_rate) const;
+  /// Commands at a pose; stands still where no roadmap leads on. A car turns in place before it drives on; an ACKERMANN
+  /// car steers at its creeping speed instead; what moves along all axes heads straight for the pursued point.
+  VehicleCommand Drive(const Pose& pose) const;
 
  private:
+  VehicleCommand DriveCar(const Pose& pose, const Vector3d& gap) const;
+  VehicleCommand DriveAlongAxes(const Pose& pose, const Vector3d& gap) const;
   double FrontClearance(const Pose& pose) const;
+  double FreeRange(const Pose& pose, const Vector3d& direction) const;
 
   std::shared_ptr<const Scene> scene_;
   PurePursuitParams params_;

@@ -105,7 +105,7 @@ Bytes Encode(const ActorTelemetry& m) {
 template <>
 std::optional<ActorTelemetry> Decode<ActorTelemetry>(ByteSpan bytes) {
   SizeWalker walker(bytes);
-  walker.Skip(8 + 7 * 8 + 2 * 4 + 2 * 8 + 4 * 4);
+  walker.Skip(8 + 7 * 8 + 2 * 4 + 2 * 8 + 5 * 4);
   const auto t = DecodeType<cairn_lcm::actor_telemetry_t>(bytes, walker.Done());
   if (!t) return std::nullopt;
   return ActorTelemetry{t->env_steps,
@@ -118,7 +118,7 @@ std::optional<ActorTelemetry> Decode<ActorTelemetry>(ByteSpan bytes) {
                         t->num_vehicles,
                         t->env_steps_per_s,
                         t->busy,
-                        {t->pose[0], t->pose[1], t->pose[2]},
+                        {t->pose[0], t->pose[1], t->pose[2], t->pose[3]},
                         t->d_min};
 }
 

@@ -222,7 +222,7 @@ struct ActorTelemetry {
   int32_t num_vehicles = 0;
   double env_steps_per_s = 0;
   double busy = 0;
-  std::array<float, 3> pose{};
+  std::array<float, 4> pose{};
   float d_min = 0;
 };
 

@@ -5,18 +5,36 @@
 
 namespace cairn {
 
-double VehicleConfig::inscribed_radius() const { return 0.5 * std::min(length, width); }
+double VehicleConfig::inscribed_radius() const { return radius > 0 ? radius : 0.5 * std::min(length, width); }
 
-double VehicleConfig::circumscribed_radius() const { return 0.5 * std::hypot(length, width); }
+double VehicleConfig::circumscribed_radius() const { return radius > 0 ? radius : 0.5 * std::hypot(length, width); }
+
+std::array<CommandRange, kMaxActionSize> VehicleConfig::command_ranges() const {
+  const CommandRange speed{min_speed, max_speed}, yaw_rate{-max_yaw_rate, max_yaw_rate};
+  switch (kind) {
+    case Kind::kWheeledCar:
+    case Kind::kPlaneCar:
+    case Kind::kQuadruped:
+      break;
+    case Kind::kHolonomic:
+      return {speed, {-max_speed, max_speed}, yaw_rate};
+    case Kind::kAckermann:
+      return {speed, {-max_steering, max_steering}, {}};
+    case Kind::kQuadrotor:
+      return {speed, {-max_speed, max_speed}, {-max_speed, max_speed}};
+  }
+  return {speed, yaw_rate, {}};
+}
 
 int ObservationSize(const Experiment& experiment) {
   const ObservationConfig& observation = experiment.observation;
+  const VehicleConfig& vehicle = experiment.vehicle;
   int size = 0;
-  if (observation.position) size += 2;
-  if (observation.heading) size += 2;
-  if (observation.velocity) size += 2;
+  if (observation.position) size += vehicle.dimension();
+  if (observation.heading && vehicle.turns()) size += 2;
+  if (observation.velocity) size += vehicle.holonomic() ? 3 : 2;
   if (observation.d_min) size += 1;
-  if (observation.look_ahead) size += 4;
+  if (observation.look_ahead) size += 2 * vehicle.dimension();
   if (observation.rays) size += experiment.vehicle.scan.beams;
   return size;
 }
@@ -26,6 +44,11 @@ int EpisodeSteps(const Experiment& experiment, double max_cost) {
   if (environment.max_episode_steps > 0) return environment.max_episode_steps;
   const double steps = std::ceil(6.0 * max_cost / (experiment.vehicle.max_speed * environment.control_period));
   return static_cast<int>(std::clamp(steps, 1.0, 1e6));
+}
+
+int EvaluationSteps(const Experiment& experiment, double max_cost) {
+  const int configured = experiment.evaluation.max_steps;
+  return configured > 0 ? configured : 2 * EpisodeSteps(experiment, max_cost);
 }
 
 }  // namespace cairn

@@ -22,7 +22,7 @@ struct BoxConfig {
 };
 
 struct WorldConfig {
-  enum class Kind { kCarMaze, kBoxes };
+  enum class Kind { kCarMaze, kBoxes, kMap, kCubeMaze };
   Kind kind = Kind::kCarMaze;
   uint64_t seed = 1;
   int cells = 12;
@@ -35,6 +35,11 @@ struct WorldConfig {
   BoxConfig start;
   BoxConfig goal;
   double field_resolution = 0.005;
+  int floors = 4;
+  int rooms = 4;
+  double room_size = 0.25;
+  double door_size = 0.16;
+  double shaft_size = 0.18;
 
   bool operator==(const WorldConfig&) const = default;
 };
@@ -48,21 +53,45 @@ struct ScanConfig {
   bool operator==(const ScanConfig&) const = default;
 };
 
+/// Limits of one command.
+struct CommandRange {
+  double min = -1;
+  double max = 1;
+};
+
+/// No vehicle takes more commands.
+constexpr int kMaxActionSize = 3;
+
 struct VehicleConfig {
-  enum class Kind { kWheeledCar, kPlaneCar };
+  enum class Kind { kWheeledCar, kPlaneCar, kHolonomic, kAckermann, kQuadrotor, kQuadruped };
   Kind kind = Kind::kWheeledCar;
   double length = 0.070;
   double width = 0.050;
+  double radius = 0;  ///< > 0: the footprint is a disc (in space a sphere)
   double min_speed = 0.0;
   double max_speed = 1.0;
   double max_yaw_rate = 2.0;
   double lag = 0.05;
+  double max_acceleration = 0.0;
+  double command_exponent = 1.0;
+  double max_steering = 0.6;
+  double wheel_base = 0.042;
   ScanConfig scan;
 
   /// Radius of the largest disc inside the footprint [m].
   double inscribed_radius() const;
   /// Radius of the smallest disc around the footprint [m].
   double circumscribed_radius() const;
+  /// 2: drives in the plane, 3: flies.
+  int dimension() const { return kind == Kind::kQuadrotor ? 3 : 2; }
+  /// Moves along all axes alike: commands are velocities, not speed and turn.
+  bool holonomic() const { return kind == Kind::kHolonomic || kind == Kind::kQuadrotor; }
+  /// Whether its yaw changes.
+  bool turns() const { return kind != Kind::kQuadrotor; }
+  /// Number of actions, each in [−1, 1] over the range of its command.
+  int action_size() const { return holonomic() ? 3 : 2; }
+  /// Limits of the commands in order (m/s, rad/s, rad); see Vehicle.Kind in experiment.proto.
+  std::array<CommandRange, kMaxActionSize> command_ranges() const;
 
   bool operator==(const VehicleConfig&) const = default;
 };
@@ -177,7 +206,7 @@ struct AsyncConfig {
 
 struct EvaluationConfig {
   int64_t interval_env_steps = 10000;
-  int max_steps = 600;
+  int max_steps = 0;  ///< 0: derived from the roadmap, see EvaluationSteps
   int consumption_starts = 10;
   int validation_starts = 50;
   int test_starts = 200;
@@ -218,11 +247,11 @@ struct Experiment {
 /// Number of entries of an observation under this experiment.
 int ObservationSize(const Experiment& experiment);
 
-/// Number of actions: forward speed and yaw rate, each in [-1, 1].
-constexpr int kActionSize = 2;
-
 /// Steps of a training episode: the configured number, or six times what `max_cost` [m], the roadmap's longest finite
 /// cost-to-go, takes at top speed.
 int EpisodeSteps(const Experiment& experiment, double max_cost);
+
+/// Steps after which an evaluation episode has failed: the configured number or twice EpisodeSteps.
+int EvaluationSteps(const Experiment& experiment, double max_cost);
 
 }  // namespace cairn

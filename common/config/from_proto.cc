@@ -10,9 +10,11 @@ To ConvertEnum(From value) {
 }
 static_assert(proto::ASYNC == static_cast<int>(Schedule::kAsync) && proto::Schedule_MAX == proto::ASYNC);
 static_assert(proto::World::BOXES == static_cast<int>(WorldConfig::Kind::kBoxes) &&
-              proto::World::Kind_MAX == proto::World::BOXES);
-static_assert(proto::Vehicle::PLANE_CAR == static_cast<int>(VehicleConfig::Kind::kPlaneCar) &&
-              proto::Vehicle::Kind_MAX == proto::Vehicle::PLANE_CAR);
+              proto::World::CUBE_MAZE == static_cast<int>(WorldConfig::Kind::kCubeMaze) &&
+              proto::World::Kind_MAX == proto::World::CUBE_MAZE);
+static_assert(proto::Vehicle::HOLONOMIC == static_cast<int>(VehicleConfig::Kind::kHolonomic) &&
+              proto::Vehicle::QUADRUPED == static_cast<int>(VehicleConfig::Kind::kQuadruped) &&
+              proto::Vehicle::Kind_MAX == proto::Vehicle::QUADRUPED);
 static_assert(proto::Planner::RRG == static_cast<int>(PlannerConfig::Kind::kRrg) &&
               proto::Planner::Kind_MAX == proto::Planner::RRG);
 static_assert(proto::Environment::START_REGION == static_cast<int>(EnvironmentConfig::Start::kStartRegion) &&
@@ -41,6 +43,11 @@ WorldConfig World(const proto::World& message) {
   world.start = Box(message.start());
   world.goal = Box(message.goal());
   world.field_resolution = message.field_resolution();
+  world.floors = message.floors();
+  world.rooms = message.rooms();
+  world.room_size = message.room_size();
+  world.door_size = message.door_size();
+  world.shaft_size = message.shaft_size();
   return world;
 }
 
@@ -49,10 +56,15 @@ VehicleConfig Vehicle(const proto::Vehicle& message) {
   vehicle.kind = ConvertEnum<VehicleConfig::Kind>(message.kind());
   vehicle.length = message.length();
   vehicle.width = message.width();
+  vehicle.radius = message.radius();
   vehicle.min_speed = message.min_speed();
   vehicle.max_speed = message.max_speed();
   vehicle.max_yaw_rate = message.max_yaw_rate();
   vehicle.lag = message.lag();
+  vehicle.max_acceleration = message.max_acceleration();
+  vehicle.command_exponent = message.command_exponent();
+  vehicle.max_steering = message.max_steering();
+  vehicle.wheel_base = message.wheel_base();
   vehicle.scan.beams = message.scan().beams();
   vehicle.scan.field_of_view = message.scan().field_of_view();
   vehicle.scan.range = message.scan().range();

@@ -21,6 +21,13 @@ constexpr double kLookAheadNearRadii = 2.8;        // 0.120 m
 constexpr double kLookAheadFarRadii = 7.0;         // 0.301 m
 constexpr double kRayScaleRadii = 1.4;             // 0.060 m
 constexpr double kLookAheadClearanceRadii = 0.35;  // 0.015 m
+constexpr double kMovePerActionRadii = 2.3;        // 0.1 s at 1 m/s
+constexpr double kTurnPerAction = 0.7;             // [rad]
+
+// What a vehicle is when nothing is said of it (paper, Experimental Setup; MEASURED, section 2).
+constexpr double kCarLength = 0.070, kCarWidth = 0.050, kCarSpeed = 1.0;
+constexpr double kQuadrotorRadius = 0.045, kQuadrotorSpeed = 1.5;
+constexpr double kQuadrupedLength = 0.060, kQuadrupedWidth = 0.030, kQuadrupedSpeed = 0.3;
 
 void SetDefault(Message* message, const FieldDescriptor* field) {
   const Reflection* reflection = message->GetReflection();
@@ -70,11 +77,47 @@ void FillDefaults(Message* message) {
     FillField(message, message->GetDescriptor()->field(i));
 }
 
-VehicleConfig Footprint(const proto::Vehicle& vehicle) {
-  VehicleConfig footprint;
-  footprint.length = vehicle.length();
-  footprint.width = vehicle.width();
-  return footprint;
+void DeriveFootprint(proto::Vehicle* vehicle) {
+  if (vehicle->kind() == proto::Vehicle::QUADROTOR && vehicle->radius() == 0) vehicle->set_radius(kQuadrotorRadius);
+  const bool quadruped = vehicle->kind() == proto::Vehicle::QUADRUPED;
+  const bool disc = vehicle->radius() > 0;
+  const double side = std::sqrt(2.0) * vehicle->radius();
+  if (!vehicle->has_length()) vehicle->set_length(disc ? side : quadruped ? kQuadrupedLength : kCarLength);
+  if (!vehicle->has_width()) vehicle->set_width(disc ? side : quadruped ? kQuadrupedWidth : kCarWidth);
+  if (!vehicle->has_radius()) vehicle->set_radius(0);
+  if (!vehicle->has_wheel_base()) vehicle->set_wheel_base(0.6 * vehicle->length());
+}
+
+VehicleConfig DeriveVehicle(proto::Vehicle* vehicle) {
+  DeriveFootprint(vehicle);
+  VehicleConfig config;
+  config.kind = static_cast<VehicleConfig::Kind>(vehicle->kind());
+  config.length = vehicle->length();
+  config.width = vehicle->width();
+  config.radius = vehicle->radius();
+  if (!vehicle->has_max_speed()) {
+    const bool quadruped = vehicle->kind() == proto::Vehicle::QUADRUPED;
+    vehicle->set_max_speed(config.dimension() == 3 ? kQuadrotorSpeed : quadruped ? kQuadrupedSpeed : kCarSpeed);
+  }
+  if (!vehicle->has_min_speed()) vehicle->set_min_speed(config.holonomic() ? -vehicle->max_speed() : 0);
+  proto::Scan* scan = vehicle->mutable_scan();
+  if (!scan->has_beams()) scan->set_beams(config.dimension() == 3 ? 14 : 16);
+  if (!scan->has_range()) scan->set_range(kScanRangeRadii * config.circumscribed_radius());
+  return config;
+}
+
+// A vehicle at top speed moves by about two of its radii between two actions, and turns by less than kTurnPerAction.
+void DeriveEnvironment(const VehicleConfig& config, const proto::Vehicle& vehicle, proto::Environment* environment) {
+  if (!environment->has_physics_rate_hz()) {
+    environment->set_physics_rate_hz(config.kind == VehicleConfig::Kind::kQuadruped ? 120 : 240);
+  }
+  if (environment->has_control_period()) return;
+  double period = kMovePerActionRadii * config.circumscribed_radius() / vehicle.max_speed();
+  if (config.kind != VehicleConfig::Kind::kAckermann && config.turns()) {
+    period = std::min(period, kTurnPerAction / vehicle.max_yaw_rate());
+  }
+  const double rate = environment->physics_rate_hz();
+  environment->set_control_period(std::max(1.0, std::round(std::clamp(period, 0.004, 10.0) * rate)) / rate);
 }
 
 void DerivePlanner(double circumscribed, double inscribed, proto::Planner* planner) {
@@ -94,16 +137,18 @@ void DeriveObservation(double circumscribed, proto::Observation* observation) {
 
 void DeriveWorld(double inscribed, proto::World* world) {
   if (world->has_field_resolution()) return;
-  const bool maze = world->kind() == proto::World::CAR_MAZE;
-  world->set_field_resolution(maze ? world->wall_thickness() / 4 : inscribed / 10);
+  const bool car_maze = world->kind() == proto::World::CAR_MAZE, cube = world->kind() == proto::World::CUBE_MAZE;
+  world->set_field_resolution(car_maze ? world->wall_thickness() / 4
+                              : cube   ? world->wall_thickness() / 2
+                                       : inscribed / 10);
 }
 
-void DeriveLearner(proto::Learner* learner) {
+void DeriveLearner(int action_size, proto::Learner* learner) {
   if (learner->net_arch().empty()) {
     learner->add_net_arch(64);
     learner->add_net_arch(64);
   }
-  if (!learner->has_target_entropy()) learner->set_target_entropy(-kActionSize);
+  if (!learner->has_target_entropy()) learner->set_target_entropy(-action_size);
 }
 
 }  // namespace
@@ -111,15 +156,14 @@ void DeriveLearner(proto::Learner* learner) {
 void Resolve(Draft* draft) {
   proto::Experiment& experiment = draft->message;
   FillDefaults(&experiment);
-  const VehicleConfig footprint = Footprint(experiment.vehicle());
-  const double circumscribed = footprint.circumscribed_radius();
-  const double inscribed = footprint.inscribed_radius();
+  const VehicleConfig vehicle = DeriveVehicle(experiment.mutable_vehicle());
+  const double circumscribed = vehicle.circumscribed_radius();
+  const double inscribed = vehicle.inscribed_radius();
+  DeriveEnvironment(vehicle, experiment.vehicle(), experiment.mutable_environment());
   DerivePlanner(circumscribed, inscribed, experiment.mutable_planner());
   DeriveObservation(circumscribed, experiment.mutable_observation());
   DeriveWorld(inscribed, experiment.mutable_world());
-  DeriveLearner(experiment.mutable_learner());
-  proto::Scan* scan = experiment.mutable_vehicle()->mutable_scan();
-  if (!scan->has_range()) scan->set_range(kScanRangeRadii * circumscribed);
+  DeriveLearner(vehicle.action_size(), experiment.mutable_learner());
 }
 
 }  // namespace cairn::config

@@ -57,6 +57,12 @@ void CheckWorld(const Draft& draft) {
 void CheckVehicle(const Draft& draft) {
   const proto::Vehicle& vehicle = draft.message.vehicle();
   CheckBelow<double>(draft, {"vehicle.min_speed", vehicle.min_speed()}, {"vehicle.max_speed", vehicle.max_speed()});
+  const bool flies = vehicle.kind() == proto::Vehicle::QUADROTOR;
+  const int beams = vehicle.scan().beams();
+  if (flies && beams != 6 && beams != 14 && beams != 26) {
+    ThrowUsageError("{} must be 6 (along the axes), 14 (and the cube's diagonals) or 26 (and its faces') in space",
+                    draft.Show("vehicle.scan.beams", beams));
+  }
   if (std::abs(vehicle.scan().mount_x()) > vehicle.length() / 2) {
     ThrowUsageError("{} must lie on the vehicle: at most half of {}",
                     draft.Show("vehicle.scan.mount_x", vehicle.scan().mount_x()),

@@ -86,6 +86,7 @@ int ObstacleGrid::CellOf(double x, double y) const {
 }
 
 bool ObstacleGrid::Overlaps(double x, double y, double yaw, const Footprint& footprint) const {
+  if (footprint.radius > 0) return DiscOverlaps(x, y, footprint.radius);
   const double c = std::cos(yaw), s = std::sin(yaw), ac = std::abs(c), as = std::abs(s);
   const double l = footprint.half_length, w = footprint.half_width;
   CAIRN_DCHECK(l * l + w * w <= reach_ * reach_ * (1 + 1e-9), "footprint larger than the grid's reach");
@@ -107,6 +108,28 @@ bool ObstacleGrid::Overlaps(double x, double y, double yaw, const Footprint& foo
     const double dx = d.x - x, dy = d.y - y;
     const double ox = std::max(std::abs(c * dx + s * dy) - l, 0.0), oy = std::max(std::abs(c * dy - s * dx) - w, 0.0);
     if (ox * ox + oy * oy <= d.radius * d.radius) return true;
+  }
+  return false;
+}
+
+bool ObstacleGrid::DiscOverlaps(double x, double y, double radius) const {
+  CAIRN_DCHECK(radius <= reach_, "footprint larger than the grid's reach");
+  if (!(InBounds(x - radius, y - radius) && InBounds(x + radius, y + radius))) return true;
+  const int cell = CellOf(x, y);
+  for (int k = near_.offsets[cell]; k < near_.offsets[cell + 1]; ++k) {
+    const auto item = static_cast<size_t>(near_.items[k]);
+    double dx, dy, reach = radius;  // gap between the disc's centre and the obstacle
+    if (item < rectangles_.size()) {
+      const Rectangle& r = rectangles_[item];
+      dx = std::max({r.min_x - x, x - r.max_x, 0.0});
+      dy = std::max({r.min_y - y, y - r.max_y, 0.0});
+    } else {
+      const Disc& d = discs_[item - rectangles_.size()];
+      dx = d.x - x;
+      dy = d.y - y;
+      reach += d.radius;
+    }
+    if (dx * dx + dy * dy <= reach * reach) return true;
   }
   return false;
 }

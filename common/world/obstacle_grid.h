@@ -1,6 +1,6 @@
 #pragma once
 
-#include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -8,10 +8,13 @@
 
 namespace cairn {
 
-/// A plane oriented rectangle: the footprint of a ground vehicle.
+/// What a vehicle covers: a plane oriented rectangle, or a disc (in space a sphere) when `radius` > 0.
 struct Footprint {
   double half_length = 0;  ///< along body x [m]
   double half_width = 0;   ///< along body y [m]
+  double radius = 0;       ///< [m]
+
+  double circumscribed_radius() const { return radius > 0 ? radius : std::hypot(half_length, half_width); }
 };
 
 /// Obstacles of a plane world bucketed into square cells for exact near-obstacle queries. Immutable; any thread.
@@ -21,7 +24,7 @@ class ObstacleGrid {
   ObstacleGrid(const World& world, double reach);
 
   /// True when the footprint centred at (x, y) with the given yaw [rad] touches an obstacle or leaves the bounds
-  /// (separating axes, exact). The footprint's circumscribed radius must not exceed `reach`.
+  /// (separating axes, exact; a disc by distance). The footprint's circumscribed radius must not exceed `reach`.
   bool Overlaps(double x, double y, double yaw, const Footprint& footprint) const;
 
   /// Distance [m] from (x, y) along the unit direction to the first obstacle or bound, at most `max_range`; 0 inside
@@ -42,6 +45,7 @@ class ObstacleGrid {
   };
 
   bool InBounds(double x, double y) const;
+  bool DiscOverlaps(double x, double y, double radius) const;
   int CellOf(double x, double y) const;
   Buckets Fill(double margin) const;
   double Hit(int obstacle, const Ray& ray) const;

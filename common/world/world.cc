@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/core/check.h"
+#include "common/world/cube_maze.h"
 #include "common/world/signed_distance.h"
 
 namespace cairn {
@@ -53,6 +54,7 @@ void CheckReachesIn(const Box& box, const Box& bounds, const std::string& field,
 
 World MakeBoxWorld(const WorldConfig& config) {
   World world;
+  world.dimension = config.bounds.min[2] < config.bounds.max[2] ? 3 : 2;
   world.bounds = ToBox(config.bounds, world.dimension);
   world.start = ToBox(config.start, world.dimension);
   world.goal = ToBox(config.goal, world.dimension);
@@ -63,7 +65,22 @@ World MakeBoxWorld(const WorldConfig& config) {
     CheckExtent(world.boxes.back(), field, world.dimension);
     CheckReachesIn(world.boxes.back(), world.bounds, field, world.dimension);
   }
+  world.start_space = world.bounds;
   return world;
+}
+
+World MakeWorldOfKind(const WorldConfig& config) {
+  switch (config.kind) {
+    case WorldConfig::Kind::kCarMaze:
+      return MakeCarMaze(config);
+    case WorldConfig::Kind::kCubeMaze:
+      return MakeCubeMaze(config);
+    case WorldConfig::Kind::kBoxes:
+      return MakeBoxWorld(config);
+    case WorldConfig::Kind::kMap:
+      break;
+  }
+  ThrowUsageError("world.kind = {}: no such world", static_cast<int>(config.kind));
 }
 
 }  // namespace
@@ -71,7 +88,7 @@ World MakeBoxWorld(const WorldConfig& config) {
 bool World::Contains(const Box& region, const Vector3d& p) const { return SignedDistance(region, p, dimension) <= 0; }
 
 World MakeWorld(const WorldConfig& config) {
-  World world = config.kind == WorldConfig::Kind::kCarMaze ? MakeCarMaze(config) : MakeBoxWorld(config);
+  World world = MakeWorldOfKind(config);
   CheckExtent(world.start, "world.start", world.dimension);
   CheckExtent(world.goal, "world.goal", world.dimension);
   CheckInside(world.start, world.bounds, "world.start", world.dimension);

@@ -32,8 +32,10 @@ struct World {
   Box bounds;
   std::vector<Box> boxes;
   std::vector<Cylinder> cylinders;
+  std::vector<Box> doors;  ///< holes that could be closed; no obstacles (CUBE_MAZE)
   Box start;
   Box goal;
+  Box start_space;  ///< where starts are drawn from, but for environment.start = START_REGION
 
   /// True when p lies in the region, edges included, over this world's dimensions.
   bool Contains(const Box& region, const Vector3d& p) const;

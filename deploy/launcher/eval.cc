@@ -118,7 +118,7 @@ void PrintJson(const EvaluationSummary& summary, const EvalOptions& options, con
 planner::Trajectory ToPicture(const actors::Trajectory& trajectory, Outcome outcome) {
   planner::Trajectory drawn;
   drawn.outcome = outcome;
-  for (const auto& [x, y] : trajectory) drawn.points.emplace_back(x, y, 0);
+  for (const auto& [x, y, z] : trajectory) drawn.points.emplace_back(x, y, z);
   return drawn;
 }
 

@@ -312,7 +312,7 @@ TEST(EnvironmentTest, ADelayedActionArrivesStepsLater) {
   for (const double speed : {0.5, 0.25, 0.0, 0.0, 0.0}) {
     const Action action(speed, 0);
     environment.Step(action.data());
-    speeds.push_back(environment.speed());
+    speeds.push_back(environment.motion().vx);
   }
   EXPECT_EQ(speeds, (std::vector<double>{0, 0, 0.5, 0.25, 0}));
   EXPECT_NEAR(environment.episode().path_length, 0.075, 1e-5);

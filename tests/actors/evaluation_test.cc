@@ -97,7 +97,7 @@ TEST(PolicyControllerTest, ActsOnEachEnvironmentsObservation) {
   const auto scene = MakeScene(experiment);
   PolicyShape shape;
   shape.observation_size = ObservationSize(experiment);
-  shape.action_size = kActionSize;
+  shape.action_size = kCarActions;
   shape.net_arch = {16};
   std::vector<float> parameters(shape.num_parameters());
   RandomStream random(5, RandomPurpose::kTest);
@@ -112,14 +112,14 @@ TEST(PolicyControllerTest, ActsOnEachEnvironmentsObservation) {
     environments.back()->ResetTraining(i, 0);
     pointers.push_back(environments.back().get());
   }
-  float actions[3 * kActionSize];
+  float actions[3 * kCarActions];
   controller.Act(pointers, actions);
   for (size_t i = 0; i < 3; ++i) {
     std::vector<float> observation(static_cast<size_t>(shape.observation_size));
     environments[i]->Observe(observation.data());
-    float expected[kActionSize];
+    float expected[kCarActions];
     policy.Act(observation.data(), 1, expected);
-    EXPECT_EQ(std::memcmp(expected, actions + i * kActionSize, sizeof(expected)), 0);
+    EXPECT_EQ(std::memcmp(expected, actions + i * kCarActions, sizeof(expected)), 0);
   }
 }
 

@@ -10,7 +10,7 @@ namespace {
 PolicyShape Shape(const Experiment& experiment) {
   PolicyShape shape;
   shape.observation_size = ObservationSize(experiment);
-  shape.action_size = kActionSize;
+  shape.action_size = kCarActions;
   shape.net_arch = {16};
   return shape;
 }

@@ -8,6 +8,15 @@
 
 namespace cairn::actors {
 
+/// Commands of a car: speed and yaw rate.
+constexpr int kCarActions = 2;
+
+/// Motion of a ground vehicle, in the order that tests write it.
+struct GroundState {
+  double x = 0, y = 0, yaw = 0, speed = 0, yaw_rate = 0;
+  operator Motion() const { return {x, y, 0, yaw, speed, 0, 0, yaw_rate}; }  // NOLINT(google-explicit-constructor)
+};
+
 /// An empty hall, x 0…3 m, y 0…1 m; start region on the left, goal region x 2.6…2.9, y 0.3…0.7. No disturbance and a
 /// plane car without lag: what happens can be worked out by hand.
 inline Experiment HallExperiment() {
@@ -57,7 +66,7 @@ inline std::shared_ptr<const RoadmapLookup> MakeChain(const Box& goal, const std
 
 /// The action for a forward speed and yaw rate under the default limits (0…1 m/s, ±2 rad/s).
 struct Action {
-  float values[kActionSize];
+  float values[kCarActions];
   Action(double speed, double yaw_rate) : values{static_cast<float>(2 * speed - 1), static_cast<float>(yaw_rate / 2)} {}
   const float* data() const { return values; }
 };

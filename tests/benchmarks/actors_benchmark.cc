@@ -22,6 +22,8 @@
 namespace cairn::actors {
 namespace {
 
+constexpr int kCarActions = 2;  // speed and yaw rate
+
 Experiment MakeExperiment(VehicleConfig::Kind kind) {
   Experiment experiment;
   experiment.vehicle.kind = kind;
@@ -37,7 +39,7 @@ std::shared_ptr<const Scene> MakeScene(const Experiment& experiment, double radi
 // One training episode as it was driven: enough to drive it again.
 struct Tape {
   int episode = 0;
-  std::vector<float> actions;  // [steps × kActionSize]
+  std::vector<float> actions;  // [steps × kCarActions]
 };
 
 // Episodes driven by pure pursuit with a random action every few steps, so that turns, slips and contacts occur.
@@ -52,13 +54,13 @@ std::vector<Tape> RecordTapes(const std::shared_ptr<const Scene>& scene, int epi
     Tape tape{episode, {}};
     environment.ResetTraining(0, episode);
     do {
-      float action[kActionSize];
+      float action[kCarActions];
       controller.Act(one, action);
       if (random.Uniform() < 0.1) {
         for (float& a : action) a = static_cast<float>(random.Uniform(-1, 1));
       }
-      tape.actions.insert(tape.actions.end(), action, action + kActionSize);
-    } while (environment.Step(tape.actions.data() + tape.actions.size() - kActionSize).end == SegmentEnd::kNone);
+      tape.actions.insert(tape.actions.end(), action, action + kCarActions);
+    } while (environment.Step(tape.actions.data() + tape.actions.size() - kCarActions).end == SegmentEnd::kNone);
     tapes.push_back(std::move(tape));
   }
   return tapes;
@@ -71,7 +73,7 @@ class PhysicsAndContact {
       : scene_(scene),
         vehicle_(MakeVehicle(scene.experiment().vehicle, scene.experiment().environment)),
         contact_(scene),
-        disturbance_(scene.experiment().environment) {}
+        disturbance_(scene.experiment().environment, scene.experiment().vehicle) {}
 
   // Drives the tape's episode again; returns physics steps.
   int64_t Play(const Tape& tape) {
@@ -81,29 +83,28 @@ class PhysicsAndContact {
     RandomStream parameters = EpisodeStream(seed, name, NoiseUse::kParameters);
     disturbance_.Reset(EpisodeStream(seed, name, NoiseUse::kDisturbance));
     const Pose start = scene_.TrainingStart(0, tape.episode);
-    vehicle_->Reset(start.x, start.y, start.yaw, parameters);
+    vehicle_->Reset(start, parameters);
     int64_t physics_steps = 0;
     const VehicleConfig& config = scene_.experiment().vehicle;
-    for (size_t i = 0; i < tape.actions.size(); i += kActionSize) {
+    for (size_t i = 0; i < tape.actions.size(); i += kCarActions) {
       const double range = config.max_speed - config.min_speed;
-      const DriveCommand command{config.min_speed + 0.5 * (tape.actions[i] + 1) * range,
-                                 tape.actions[i + 1] * config.max_yaw_rate};
+      const VehicleCommand command{config.min_speed + 0.5 * (tape.actions[i] + 1) * range,
+                                   tape.actions[i + 1] * config.max_yaw_rate};
       if (!PlayControlStep(command, physics_steps)) break;
     }
     return physics_steps;
   }
 
  private:
-  bool PlayControlStep(const DriveCommand& command, int64_t& physics_steps) {
+  bool PlayControlStep(const VehicleCommand& command, int64_t& physics_steps) {
     const World& world = scene_.world();
     for (int i = 0; i < scene_.control_physics_steps(); ++i) {
       if (disturbance_.Advance(physics_steps) || i == 0) {
-        const DriveCommand disturbed = disturbance_.Apply(command);
-        vehicle_->Command(disturbed.speed, disturbed.yaw_rate);
+        vehicle_->Command(disturbance_.Apply(command));
       }
       vehicle_->Step();
       ++physics_steps;
-      const GroundState state = vehicle_->state();
+      const Motion state = vehicle_->motion();
       if (contact_.Touches(state, contact_.CenterDistance(state))) return false;
       if (world.Contains(world.goal, Vector3d(state.x, state.y, 0))) return false;
     }
@@ -120,7 +121,7 @@ class PhysicsAndContact {
 int64_t PlayFull(Environment& environment, const Tape& tape, std::vector<float>& observation) {
   environment.ResetTraining(0, tape.episode);
   environment.Observe(observation.data());
-  for (size_t i = 0; i < tape.actions.size(); i += kActionSize) {
+  for (size_t i = 0; i < tape.actions.size(); i += kCarActions) {
     const StepResult result = environment.Step(tape.actions.data() + i);
     environment.Observe(observation.data());
     benchmark::DoNotOptimize(observation.data());
@@ -163,23 +164,23 @@ void Physics(benchmark::State& state, VehicleConfig::Kind kind) {
   const Experiment experiment = MakeExperiment(kind);
   const auto vehicle = MakeVehicle(experiment.vehicle, experiment.environment);
   RandomStream random(1, RandomPurpose::kTest);
-  vehicle->Reset(0, 0, 0, random);
+  vehicle->Reset({0, 0, 0}, random);
   int step = 0;
   for (auto _ : state) {
-    if (step++ % 24 == 0) vehicle->Command(random.Uniform(0.2, 0.8), random.Uniform(-1, 1));
+    if (step++ % 24 == 0) vehicle->Command({random.Uniform(0.2, 0.8), random.Uniform(-1, 1)});
     vehicle->Step();
-    benchmark::DoNotOptimize(vehicle->state());
+    benchmark::DoNotOptimize(vehicle->motion());
   }
   state.SetItemsProcessed(state.iterations());
 }
 BENCHMARK_CAPTURE(Physics, wheeled_car, VehicleConfig::Kind::kWheeledCar)->Name("physics/wheeled_car");
 BENCHMARK_CAPTURE(Physics, plane_car, VehicleConfig::Kind::kPlaneCar)->Name("physics/plane_car");
 
-std::vector<GroundState> FreeStates(const Scene& scene, int count) {
-  std::vector<GroundState> states;
+std::vector<Motion> FreeStates(const Scene& scene, int count) {
+  std::vector<Motion> states;
   for (int i = 0; i < count; ++i) {
     const Pose pose = scene.TrainingStart(0, i);
-    states.push_back({pose.x, pose.y, pose.yaw, 0.4, 0.2});
+    states.push_back({pose.x, pose.y, 0, pose.yaw, 0.4, 0, 0, 0.2});
   }
   return states;
 }
@@ -190,7 +191,7 @@ void Observation(benchmark::State& state, bool look_ahead, bool rays) {
   experiment.observation.rays = rays;
   const auto scene = MakeScene(experiment, 0.03);
   const ObservationBuilder builder(*scene);
-  const std::vector<GroundState> states = FreeStates(*scene, 256);
+  const std::vector<Motion> states = FreeStates(*scene, 256);
   std::vector<float> out(static_cast<size_t>(builder.size()));
   size_t next = 0;
   for (auto _ : state) {
@@ -206,10 +207,10 @@ BENCHMARK_CAPTURE(Observation, look_ahead, true, false)->Name("observation/look_
 void ContactTests(benchmark::State& state) {
   const auto scene = MakeScene(MakeExperiment(VehicleConfig::Kind::kPlaneCar), 0.03);
   const ContactTest contact(*scene);
-  const std::vector<GroundState> states = FreeStates(*scene, 256);
+  const std::vector<Motion> states = FreeStates(*scene, 256);
   size_t next = 0;
   for (auto _ : state) {
-    const GroundState& s = states[next++ % states.size()];
+    const Motion& s = states[next++ % states.size()];
     benchmark::DoNotOptimize(contact.Touches(s, contact.CenterDistance(s)));
   }
   state.SetItemsProcessed(state.iterations());
@@ -222,7 +223,7 @@ void PolicyLoop(benchmark::State& state, VehicleConfig::Kind kind) {
   const auto scene = MakeScene(experiment, 0.03);
   PolicyShape shape;
   shape.observation_size = ObservationSize(experiment);
-  shape.action_size = kActionSize;
+  shape.action_size = kCarActions;
   shape.net_arch = {64, 64};
   const int vehicles = static_cast<int>(state.range(0));
   Policy policy(shape, vehicles);
@@ -238,12 +239,12 @@ void PolicyLoop(benchmark::State& state, VehicleConfig::Kind kind) {
     environments.back()->ResetTraining(vehicle, 0);
     pointers.push_back(environments.back().get());
   }
-  std::vector<float> actions(static_cast<size_t>(vehicles) * kActionSize);
+  std::vector<float> actions(static_cast<size_t>(vehicles) * kCarActions);
   for (auto _ : state) {
     controller.Act(pointers, actions.data());
     for (int vehicle = 0; vehicle < vehicles; ++vehicle) {
       Environment& environment = *environments[static_cast<size_t>(vehicle)];
-      if (environment.Step(&actions[static_cast<size_t>(vehicle) * kActionSize]).end == SegmentEnd::kNone) continue;
+      if (environment.Step(&actions[static_cast<size_t>(vehicle) * kCarActions]).end == SegmentEnd::kNone) continue;
       environment.ResetTraining(vehicle, environment.episode().episode + 1);
     }
   }

@@ -27,6 +27,8 @@
 namespace cairn {
 namespace {
 
+constexpr int kCarActions = 2;  // speed and yaw rate
+
 using std::chrono::milliseconds;
 
 constexpr double kRate = 20000;  // transitions a second, of all together
@@ -87,7 +89,7 @@ class Company {
   Company(const LoadedExperiment& loaded, const std::string& file, int actors)
       : experiment_(loaded.experiment),
         bus_({"239.255.76.67", 24100, 0, run_id_, RandomId(), std::nullopt}),
-        replay_(500000, ObservationSize(experiment_), kActionSize, 3, 0.99),
+        replay_(500000, ObservationSize(experiment_), kCarActions, 3, 0.99),
         coordinator_(&bus_, experiment_, loaded.hash, actors, 1),
         parameters_(MakePolicyShape(experiment_).num_parameters(), 0.01f) {
     ProcessOptions options;

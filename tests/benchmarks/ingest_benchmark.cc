@@ -25,6 +25,8 @@
 namespace cairn {
 namespace {
 
+constexpr int kCarActions = 2;  // speed and yaw rate
+
 using std::chrono::milliseconds;
 
 constexpr uint64_t kExperimentHash = 1;
@@ -124,7 +126,7 @@ class Sender {
     std::vector<Segment> segments;
     for (const int32_t vehicle : welcome_->vehicle) segments.push_back(Make(vehicle));
     for (Experience& message :
-         actors::PackExperience(std::move(segments), {}, {}, ObservationSize(experiment_), kActionSize, max_bytes)) {
+         actors::PackExperience(std::move(segments), {}, {}, ObservationSize(experiment_), kCarActions, max_bytes)) {
       message.session = bus_.config().session;
       message.actor_id = id_;
       message.sequence = raw_ ? ++raw_sequence_ : stream_.next_sequence();
@@ -151,7 +153,7 @@ class Sender {
     s.policy_incarnation = control_->incarnation;
     s.policy_version = control_->policy_version;
     s.observations.assign((kSegmentSteps + 1) * observation, 0.5f);
-    s.actions.assign(kSegmentSteps * kActionSize, 0.25f);
+    s.actions.assign(kSegmentSteps * kCarActions, 0.25f);
     s.rewards.assign(kSegmentSteps, 1.0f);
     return s;
   }
@@ -237,7 +239,7 @@ struct Ingested {
 Ingested Ingest(const Experiment& experiment, int senders, double seconds) {
   const int64_t run_id = RandomId();
   Bus bus(MakeBusConfig(experiment, run_id));
-  learner::ReplayBuffer replay(500000, ObservationSize(experiment), kActionSize, 3, 0.99);
+  learner::ReplayBuffer replay(500000, ObservationSize(experiment), kCarActions, 3, 0.99);
   learner::Coordinator coordinator(&bus, experiment, kExperimentHash, senders, 1);
   coordinator.Start();
   const Senders processes(experiment, senders, run_id, false);

@@ -9,6 +9,8 @@
 namespace cairn::learner {
 namespace {
 
+constexpr int kCarActions = 2;  // speed and yaw rate
+
 using std::chrono::milliseconds;
 
 constexpr uint64_t kHash = 0x1234;
@@ -93,7 +95,7 @@ class FakeActor {
     s.policy_incarnation = control->incarnation;
     s.policy_version = control->rounds.empty() ? control->policy_version : control->rounds[0].policy_version;
     s.observations.assign(static_cast<size_t>(steps + 1) * observation, static_cast<float>(vehicle));
-    s.actions.assign(static_cast<size_t>(steps) * kActionSize, 0.0f);
+    s.actions.assign(static_cast<size_t>(steps) * kCarActions, 0.0f);
     s.rewards.assign(static_cast<size_t>(steps), static_cast<float>(episode));
     return s;
   }
@@ -106,7 +108,7 @@ class FakeActor {
     m.policy_incarnation = control->incarnation;
     m.actor_id = id_;
     m.observation_size = ObservationSize(experiment_);
-    m.action_size = kActionSize;
+    m.action_size = kCarActions;
     m.segments = std::move(segments);
     m.episodes = std::move(episodes);
     bus_.Publish(Plane::kExperience, ExperienceChannel(id_), m);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 
 #include "actors/evaluation.h"
 #include "tests/actors/test_scene.h"
@@ -13,6 +14,12 @@ namespace {
 std::shared_ptr<const Scene> Referee(Experiment experiment) {
   experiment.planner = PurePursuit::Planner(experiment);
   return MakeScene(experiment, experiment.planner.min_spacing);
+}
+
+// Speed and yaw rate of a car.
+std::pair<double, double> Drive(const PurePursuit& controller, const Pose& pose) {
+  const VehicleCommand command = controller.Drive(pose);
+  return {command[0], command[1]};
 }
 
 // A straight roadmap along y = 0.5 in the hall.
@@ -35,7 +42,7 @@ TEST(PurePursuitTest, PlansFartherFromWallsThanTheVehicleReaches) {
 TEST(PurePursuitTest, CruisesAlongAStraightRoadmap) {
   const PurePursuit controller(StraightLine());
   double speed = 0, yaw_rate = 0;
-  controller.Drive({1.0, 0.5, 0}, speed, yaw_rate);
+  std::tie(speed, yaw_rate) = Drive(controller, {1.0, 0.5, 0});
   EXPECT_NEAR(speed, 0.7, 1e-3);
   EXPECT_NEAR(yaw_rate, 0, 1e-2);
 }
@@ -43,10 +50,10 @@ TEST(PurePursuitTest, CruisesAlongAStraightRoadmap) {
 TEST(PurePursuitTest, TurnsInPlaceWhenItFacesElsewhere) {
   const PurePursuit controller(StraightLine());
   double speed = 1, yaw_rate = 0;
-  controller.Drive({1.0, 0.5, 2.0}, speed, yaw_rate);
+  std::tie(speed, yaw_rate) = Drive(controller, {1.0, 0.5, 2.0});
   EXPECT_EQ(speed, 0);
   EXPECT_EQ(yaw_rate, -2);
-  controller.Drive({1.0, 0.5, -0.6}, speed, yaw_rate);
+  std::tie(speed, yaw_rate) = Drive(controller, {1.0, 0.5, -0.6});
   EXPECT_EQ(speed, 0);
   EXPECT_GT(yaw_rate, 1);
 }
@@ -54,9 +61,9 @@ TEST(PurePursuitTest, TurnsInPlaceWhenItFacesElsewhere) {
 TEST(PurePursuitTest, SteersBackToTheRoadmap) {
   const PurePursuit controller(StraightLine());
   double speed = 0, yaw_rate = 0;
-  controller.Drive({1.0, 0.52, 0}, speed, yaw_rate);
+  std::tie(speed, yaw_rate) = Drive(controller, {1.0, 0.52, 0});
   EXPECT_LT(yaw_rate, 0);
-  controller.Drive({1.0, 0.48, 0}, speed, yaw_rate);
+  std::tie(speed, yaw_rate) = Drive(controller, {1.0, 0.48, 0});
   EXPECT_GT(yaw_rate, 0);
 }
 
@@ -65,10 +72,38 @@ TEST(PurePursuitTest, SlowsDownBeforeAWall) {
   const PurePursuit controller(StraightLine());
   const double radius = VehicleConfig{}.circumscribed_radius();
   double speed = 0, yaw_rate = 0;
-  controller.Drive({2.85, 0.5, 0}, speed, yaw_rate);
+  std::tie(speed, yaw_rate) = Drive(controller, {2.85, 0.5, 0});
   EXPECT_NEAR(speed, 0.115 / (8 * radius), 1e-3);
-  controller.Drive({2.6, 0.5, 0}, speed, yaw_rate);
+  std::tie(speed, yaw_rate) = Drive(controller, {2.6, 0.5, 0});
   EXPECT_NEAR(speed, 0.7, 1e-3);
+}
+
+// It heads for the pursued point without turning: from below the line up and along, whatever its yaw.
+TEST(PurePursuitTest, AHolonomicBaseHeadsStraightForThePoint) {
+  Experiment experiment = HallExperiment();
+  experiment.vehicle.kind = VehicleConfig::Kind::kHolonomic;
+  experiment.vehicle.min_speed = -1;
+  auto scene = std::make_shared<Scene>(experiment);
+  scene->SetTable(MakeChain(scene->world().goal, {0.2f, 0.6f, 1.0f, 1.4f, 2.7f}, 0.5f, 0.3));
+  const PurePursuit controller(scene);
+  const VehicleCommand ahead = controller.Drive({1.0, 0.5, 0});
+  EXPECT_NEAR(ahead[0], 0.7, 1e-9);
+  EXPECT_NEAR(ahead[1], 0, 1e-9);
+  const VehicleCommand turned = controller.Drive({1.0, 0.5, M_PI / 2});
+  EXPECT_NEAR(turned[0], 0, 1e-9);
+  EXPECT_NEAR(turned[1], -0.7, 1e-9);
+  EXPECT_EQ(turned[2], 0);
+}
+
+TEST(PurePursuitTest, AnAckermannCarSteersAndNeverStops) {
+  Experiment experiment = HallExperiment();
+  experiment.vehicle.kind = VehicleConfig::Kind::kAckermann;
+  auto scene = std::make_shared<Scene>(experiment);
+  scene->SetTable(MakeChain(scene->world().goal, {0.2f, 0.6f, 1.0f, 1.4f, 2.7f}, 0.5f, 0.3));
+  const PurePursuit controller(scene);
+  const VehicleCommand back = controller.Drive({1.0, 0.5, 2.5});
+  EXPECT_GT(back[0], 0);
+  EXPECT_EQ(back[1], -experiment.vehicle.max_steering);
 }
 
 TEST(PurePursuitTest, SolvesTheMazeWithBothCars) {

@@ -32,7 +32,8 @@ void SetOther(Message* message, const FieldDescriptor* field) {
     case FieldDescriptor::CPPTYPE_STRING:
       return reflection->SetString(message, field, "another");
     case FieldDescriptor::CPPTYPE_ENUM:
-      return reflection->SetEnumValue(message, field, field->enum_type()->value_count() - 1);
+      return reflection->SetEnumValue(message, field,
+                                      field->enum_type()->value(field->enum_type()->value_count() - 1)->number());
     default:
       FAIL() << "no value for the type of " << field->full_name();
   }

@@ -14,6 +14,8 @@
 namespace cairn::deploy {
 namespace {
 
+constexpr int kCarActions = 2;  // speed and yaw rate
+
 using testing::HasSubstr;
 
 // A run directory with a policy of random weights.
@@ -26,7 +28,7 @@ class EvalTest : public testing::Test {
 
   void SaveRandomPolicy(const std::string& which, uint64_t hash, int observation_size) {
     PolicyFile file;
-    file.shape = {PolicyShape::Head::kGaussian, observation_size, kActionSize, {16}, false};
+    file.shape = {PolicyShape::Head::kGaussian, observation_size, kCarActions, {16}, false};
     RandomStream random(1, RandomPurpose::kTest);
     file.parameters.resize(file.shape.num_parameters());
     for (float& parameter : file.parameters) parameter = static_cast<float>(0.3 * random.Normal());

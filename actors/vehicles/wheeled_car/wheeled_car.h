@@ -30,16 +30,16 @@ struct WheeledCarParams {
   static WheeledCarParams ScaledTo(const VehicleConfig& vehicle);
 };
 
-/// Differential drive in ODE: chassis, two sphere wheels on hinges with velocity motors, two casters.
+/// Differential drive in ODE, commands (v, ω): chassis, two sphere wheels on hinges with velocity motors, two casters.
 class WheeledCar final : public Vehicle {
  public:
   /// `time_step` [s] is that of physics, `parameter_spread` relative, of mass and friction.
   WheeledCar(const WheeledCarParams& params, double time_step, double parameter_spread);
 
-  void Reset(double x, double y, double yaw, RandomStream& random) override;
-  void Command(double speed, double yaw_rate) override;
+  void Reset(const Pose& pose, RandomStream& random) override;
+  void Command(const VehicleCommand& command) override;
   void Step() override;
-  GroundState state() const override;
+  Motion motion() const override;
   std::string Save() const override;
   void Load(const std::string& blob) override;
 

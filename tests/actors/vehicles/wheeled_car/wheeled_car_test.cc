@@ -1,4 +1,4 @@
-#include "actors/vehicles/wheeled_car.h"
+#include "actors/vehicles/wheeled_car/wheeled_car.h"
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ WheeledCar MakeCar(const VehicleConfig& config = {}, double spread = 0) {
 
 void Reset(Vehicle& car, double yaw = 0) {
   RandomStream random(1, RandomPurpose::kParameters);
-  car.Reset(0, 0, yaw, random);
+  car.Reset({0, 0, yaw}, random);
 }
 
 void Advance(Vehicle& car, double seconds) {
@@ -35,9 +35,9 @@ TEST(WheeledCarTest, RestsOnItsWheels) {
   Advance(car, 1);
   EXPECT_GE(car.chassis_height(), 0.0165 - 1.1e-4);
   EXPECT_LE(car.chassis_height(), 0.0165);
-  EXPECT_NEAR(car.state().speed, 0, 1e-6);
-  EXPECT_NEAR(car.state().x, 0, 1e-5);
-  car.Command(0.5, 0.5);
+  EXPECT_NEAR(car.motion().vx, 0, 1e-6);
+  EXPECT_NEAR(car.motion().x, 0, 1e-5);
+  car.Command({0.5, 0.5});
   Advance(car, 3);
   EXPECT_NEAR(car.chassis_height(), 0.0165 - 1e-4, 2e-5);
 }
@@ -46,12 +46,12 @@ TEST(WheeledCarTest, KeepsTheCommandedSpeed) {
   for (const double speed : {0.1, 0.5, 1.0}) {
     WheeledCar car = MakeCar();
     Reset(car);
-    car.Command(speed, 0);
+    car.Command({speed, 0});
     Advance(car, 1);
     double squares = 0;
     for (int i = 0; i < 240; ++i) {
       car.Step();
-      squares += std::pow(car.state().speed - speed, 2);
+      squares += std::pow(car.motion().vx - speed, 2);
     }
     EXPECT_LE(std::sqrt(squares / 240), 0.002) << speed;
     EXPECT_NEAR(car.wheel_speed(0), speed / 0.0125, 0.2);
@@ -63,9 +63,9 @@ TEST(WheeledCarTest, KeepsTheCommandedSpeed) {
 TEST(WheeledCarTest, RisesToNinetyPercentInAHundredAndEightMilliseconds) {
   WheeledCar car = MakeCar();
   Reset(car);
-  car.Command(1.0, 0);
+  car.Command({1.0, 0});
   int steps = 0;
-  while (car.state().speed < 0.9 && steps < 240) {
+  while (car.motion().vx < 0.9 && steps < 240) {
     car.Step();
     ++steps;
   }
@@ -77,29 +77,29 @@ TEST(WheeledCarTest, RisesToNinetyPercentInAHundredAndEightMilliseconds) {
 TEST(WheeledCarTest, BrakesWithinTheFrictionLimit) {
   WheeledCar car = MakeCar();
   Reset(car);
-  car.Command(1.0, 0);
+  car.Command({1.0, 0});
   Advance(car, 1);
-  const double from = car.state().x;
-  car.Command(0, 0);
+  const double from = car.motion().x;
+  car.Command({0, 0});
   Advance(car, 0.5);
-  const double distance = car.state().x - from;
+  const double distance = car.motion().x - from;
   EXPECT_GE(distance, 1.0 / (2 * 9.81));
   EXPECT_LE(distance, 0.075);
-  EXPECT_NEAR(car.state().speed, 0, 1e-3);
+  EXPECT_NEAR(car.motion().vx, 0, 1e-3);
 }
 
 // v and ω constant: a circle of radius v / ω around (0, v / ω), once in 2π / ω.
 TEST(WheeledCarTest, DrivesACircleOfRadiusSpeedOverYawRate) {
   WheeledCar car = MakeCar();
   Reset(car);
-  car.Command(0.4, 1.6);
+  car.Command({0.4, 1.6});
   Advance(car, 1);
   double min_x = 1e9, max_x = -1e9, min_y = 1e9, max_y = -1e9;
-  double turned = 0, last_yaw = car.state().yaw;
+  double turned = 0, last_yaw = car.motion().yaw;
   const int steps = static_cast<int>(std::lround(2 * std::numbers::pi / 1.6 * kRate));
   for (int i = 0; i < steps; ++i) {
     car.Step();
-    const GroundState s = car.state();
+    const Motion s = car.motion();
     turned += std::remainder(s.yaw - last_yaw, 2 * std::numbers::pi);
     last_yaw = s.yaw;
     min_x = std::min(min_x, s.x), max_x = std::max(max_x, s.x);
@@ -113,12 +113,12 @@ TEST(WheeledCarTest, DrivesACircleOfRadiusSpeedOverYawRate) {
 TEST(WheeledCarTest, TurnsOnTheSpot) {
   WheeledCar car = MakeCar();
   Reset(car);
-  car.Command(0, 2);
+  car.Command({0, 2});
   Advance(car, 0.5);
-  const double yaw = car.state().yaw;
+  const double yaw = car.motion().yaw;
   Advance(car, 0.5);
-  EXPECT_NEAR(car.state().yaw - yaw, 1.0, 0.01);
-  EXPECT_NEAR(std::hypot(car.state().x, car.state().y), 0, 1e-3);
+  EXPECT_NEAR(car.motion().yaw - yaw, 1.0, 0.01);
+  EXPECT_NEAR(std::hypot(car.motion().x, car.motion().y), 0, 1e-3);
   EXPECT_NEAR(car.wheel_speed(1), 2 * 0.023 / 0.0125, 0.05);
 }
 
@@ -128,9 +128,9 @@ TEST(WheeledCarTest, BehavesAlikeInEveryHeading) {
   for (const double yaw : {0.0, 0.4, std::numbers::pi / 4, 2.0}) {
     WheeledCar car = MakeCar();
     Reset(car, yaw);
-    car.Command(1.0, 2.0);
+    car.Command({1.0, 2.0});
     Advance(car, 0.3);
-    ends.push_back(std::hypot(car.state().x, car.state().y));
+    ends.push_back(std::hypot(car.motion().x, car.motion().y));
   }
   for (const double end : ends) EXPECT_NEAR(end, ends[0], 1e-4);
 }
@@ -138,7 +138,7 @@ TEST(WheeledCarTest, BehavesAlikeInEveryHeading) {
 TEST(WheeledCarTest, LimitsTheMotorsSpeed) {
   WheeledCar car = MakeCar();
   Reset(car);
-  car.Command(100, 0);
+  car.Command({100, 0});
   Advance(car, 3);
   EXPECT_NEAR(car.wheel_speed(0), 1.5 * (1 + 0.5 * 0.046 * 2) / 0.0125, 0.5);
 }
@@ -153,39 +153,39 @@ TEST(WheeledCarTest, OtherSizesDriveAsStably) {
     WheeledCar car = MakeCar(config);
     Reset(car);
     const double height = car.params().chassis_height;
-    car.Command(0.5, 0);
+    car.Command({0.5, 0});
     Advance(car, 2);
     double squares = 0, worst_height = 0;
     for (int i = 0; i < 240; ++i) {
       car.Step();
-      squares += std::pow(car.state().speed - 0.5, 2);
+      squares += std::pow(car.motion().vx - 0.5, 2);
       worst_height = std::max(worst_height, std::abs(car.chassis_height() - height));
     }
     EXPECT_LE(std::sqrt(squares / 240), 0.005);
     EXPECT_LE(worst_height, 0.03 * height);
-    car.Command(0.3, 1.0);
+    car.Command({0.3, 1.0});
     Advance(car, 2);
-    EXPECT_NEAR(car.state().speed, 0.3, 0.01);
-    EXPECT_NEAR(car.state().yaw_rate, 1.0, 0.02);
+    EXPECT_NEAR(car.motion().vx, 0.3, 0.01);
+    EXPECT_NEAR(car.motion().yaw_rate, 1.0, 0.02);
   }
 }
 
 TEST(WheeledCarTest, SavesAndLoadsBitForBitInMidEpisode) {
   WheeledCar car = MakeCar({}, 0.2);
   Reset(car, 0.7);
-  car.Command(1.0, 1.5);
+  car.Command({1.0, 1.5});
   Advance(car, 0.3);
   const std::string blob = car.Save();
   const auto drive_on = [](WheeledCar& c) {
     c.Step();
-    c.Command(0.2, -2);
+    c.Command({0.2, -2});
     Advance(c, 1);
     return c.Save();
   };
   const std::string expected = drive_on(car);
   WheeledCar other = MakeCar({}, 0.2);
   Reset(other, -2);
-  other.Command(0.3, 0.3);
+  other.Command({0.3, 0.3});
   Advance(other, 0.2);
   other.Load(blob);
   EXPECT_EQ(other.Save(), blob);
@@ -206,12 +206,12 @@ TEST(WheeledCarTest, RefusesATornBlob) {
 TEST(WheeledCarTest, ResetForgetsThePast) {
   WheeledCar used = MakeCar({}, 0.3), fresh = MakeCar({}, 0.3);
   RandomStream first(1, RandomPurpose::kParameters, 3);
-  used.Reset(1, 2, 3, first);
-  used.Command(1, 2);
+  used.Reset({1, 2, 3}, first);
+  used.Command({1, 2});
   Advance(used, 0.7);
   for (WheeledCar* car : {&used, &fresh}) {
     Reset(*car, 0.1);
-    car->Command(0.8, -1);
+    car->Command({0.8, -1});
     Advance(*car, 0.5);
   }
   EXPECT_EQ(used.Save(), fresh.Save());
@@ -223,10 +223,10 @@ TEST(WheeledCarTest, ParameterSpreadChangesTheDynamics) {
   std::vector<double> speeds;
   for (uint32_t episode = 0; episode < 8; ++episode) {
     RandomStream random(1, RandomPurpose::kParameters, 0, episode);
-    car.Reset(0, 0, 0, random);
-    car.Command(1, 0);
+    car.Reset({0, 0, 0}, random);
+    car.Command({1, 0});
     Advance(car, 0.05);
-    speeds.push_back(car.state().speed);
+    speeds.push_back(car.motion().vx);
   }
   std::sort(speeds.begin(), speeds.end());
   EXPECT_GT(speeds.back() - speeds.front(), 0.05);

@@ -1,4 +1,4 @@
-#include "actors/vehicles/wheeled_car.h"
+#include "actors/vehicles/wheeled_car/wheeled_car.h"
 
 #include <algorithm>
 #include <cmath>
@@ -53,7 +53,7 @@ void WheeledCar::AddWheel(int wheel, double y) {
   hinges_[wheel] = hinge;
 }
 
-void WheeledCar::Reset(double x, double y, double yaw, RandomStream& random) {
+void WheeledCar::Reset(const Pose& pose, RandomStream& random) {
   episode_ = Episode{};
   if (spread_ > 0) {
     episode_.mass_factor = random.Uniform(1 - spread_, 1 + spread_);
@@ -61,10 +61,11 @@ void WheeledCar::Reset(double x, double y, double yaw, RandomStream& random) {
   }
   ApplyParameters();
   SetMotors();
-  PlaceBody(chassis_, x, y, params_.chassis_height, yaw);
+  PlaceBody(chassis_, pose.x, pose.y, params_.chassis_height, pose.yaw);
   for (int wheel = 0; wheel < 2; ++wheel) {
     const double side = (wheel == 0 ? 0.5 : -0.5) * params_.track;
-    PlaceBody(wheels_[wheel], x - side * std::sin(yaw), y + side * std::cos(yaw), params_.wheel_radius, yaw);
+    PlaceBody(wheels_[wheel], pose.x - side * std::sin(pose.yaw), pose.y + side * std::cos(pose.yaw),
+              params_.wheel_radius, pose.yaw);
   }
 }
 
@@ -75,7 +76,8 @@ void WheeledCar::ApplyParameters() {
   dBodySetMass(chassis_, &mass);
 }
 
-void WheeledCar::Command(double speed, double yaw_rate) {
+void WheeledCar::Command(const VehicleCommand& command) {
+  const double speed = command[0], yaw_rate = command[1];
   const double limit = params_.wheel_speed_limit;
   for (int wheel = 0; wheel < 2; ++wheel) {
     const double side = (wheel == 0 ? 0.5 : -0.5) * params_.track;
@@ -111,15 +113,15 @@ void WheeledCar::Step() {
   world_.Step(time_step_);
 }
 
-GroundState WheeledCar::state() const {
+Motion WheeledCar::motion() const {
   const dReal* position = dBodyGetPosition(chassis_);
   const dReal* rotation = dBodyGetRotation(chassis_);  // 3 × 4, row-major; first column is body x in W
   const dReal* v = dBodyGetLinearVel(chassis_);
   const dReal* w = dBodyGetAngularVel(chassis_);
-  GroundState state{position[0], position[1], BodyYaw(chassis_), 0, 0};
-  state.speed = v[0] * rotation[0] + v[1] * rotation[4] + v[2] * rotation[8];
-  state.yaw_rate = w[0] * rotation[2] + w[1] * rotation[6] + w[2] * rotation[10];
-  return state;
+  Motion motion{position[0], position[1], 0, BodyYaw(chassis_), 0, 0, 0, 0};
+  motion.vx = v[0] * rotation[0] + v[1] * rotation[4] + v[2] * rotation[8];
+  motion.yaw_rate = w[0] * rotation[2] + w[1] * rotation[6] + w[2] * rotation[10];
+  return motion;
 }
 
 std::string WheeledCar::Save() const {
