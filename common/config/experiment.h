@@ -40,6 +40,13 @@ struct WorldConfig {
   double room_size = 0.25;
   double door_size = 0.16;
   double shaft_size = 0.18;
+  std::vector<int> blocked_doors;
+  int random_blocked_doors = 0;
+  bool blocked_known = false;
+  enum class BlockedWhen { kAlways, kEvaluation };
+  BlockedWhen blocked_when = BlockedWhen::kAlways;
+  int unseen_obstacles = 0;
+  double unseen_obstacle_size = 0.043;
 
   bool operator==(const WorldConfig&) const = default;
 };

@@ -12,6 +12,8 @@ static_assert(proto::ASYNC == static_cast<int>(Schedule::kAsync) && proto::Sched
 static_assert(proto::World::BOXES == static_cast<int>(WorldConfig::Kind::kBoxes) &&
               proto::World::CUBE_MAZE == static_cast<int>(WorldConfig::Kind::kCubeMaze) &&
               proto::World::Kind_MAX == proto::World::CUBE_MAZE);
+static_assert(proto::World::EVALUATION == static_cast<int>(WorldConfig::BlockedWhen::kEvaluation) &&
+              proto::World::BlockedWhen_MAX == proto::World::EVALUATION);
 static_assert(proto::Vehicle::HOLONOMIC == static_cast<int>(VehicleConfig::Kind::kHolonomic) &&
               proto::Vehicle::QUADRUPED == static_cast<int>(VehicleConfig::Kind::kQuadruped) &&
               proto::Vehicle::Kind_MAX == proto::Vehicle::QUADRUPED);
@@ -48,6 +50,12 @@ WorldConfig World(const proto::World& message) {
   world.room_size = message.room_size();
   world.door_size = message.door_size();
   world.shaft_size = message.shaft_size();
+  world.blocked_doors.assign(message.blocked_doors().begin(), message.blocked_doors().end());
+  world.random_blocked_doors = message.random_blocked_doors();
+  world.blocked_known = message.blocked_known();
+  world.blocked_when = ConvertEnum<WorldConfig::BlockedWhen>(message.blocked_when());
+  world.unseen_obstacles = message.unseen_obstacles();
+  world.unseen_obstacle_size = message.unseen_obstacle_size();
   return world;
 }
 

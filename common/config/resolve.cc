@@ -162,6 +162,9 @@ void Resolve(Draft* draft) {
   DeriveEnvironment(vehicle, experiment.vehicle(), experiment.mutable_environment());
   DerivePlanner(circumscribed, inscribed, experiment.mutable_planner());
   DeriveObservation(circumscribed, experiment.mutable_observation());
+  if (!experiment.world().has_unseen_obstacle_size()) {
+    experiment.mutable_world()->set_unseen_obstacle_size(circumscribed);
+  }
   DeriveWorld(inscribed, experiment.mutable_world());
   DeriveLearner(vehicle.action_size(), experiment.mutable_learner());
 }

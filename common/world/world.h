@@ -32,7 +32,7 @@ struct World {
   Box bounds;
   std::vector<Box> boxes;
   std::vector<Cylinder> cylinders;
-  std::vector<Box> doors;  ///< holes that could be closed; no obstacles (CUBE_MAZE)
+  std::vector<Box> doors;  ///< holes that could be closed; no obstacles (mazes)
   Box start;
   Box goal;
   Box start_space;  ///< where starts are drawn from, but for environment.start = START_REGION

@@ -1,6 +1,7 @@
 #include "deploy/launcher/planned_world.h"
 
 #include "common/world/distance_field.h"
+#include "common/world/world_variants.h"
 
 namespace cairn::deploy {
 
@@ -10,7 +11,7 @@ std::shared_ptr<const RoadmapLookup> PlannedWorld::MakeLookup() const {
 
 PlannedWorld PlanWorld(const Experiment& experiment, const PlannerConfig& planner) {
   PlannedWorld planned;
-  planned.world = MakeWorld(experiment.world);
+  planned.world = MakeWorldVariants(experiment.world, experiment.planner.radius).known;
   planned.r_ball = planner.r_ball();
   const DistanceField field(planned.world, experiment.world.field_resolution);
   planned.built = planner::BuildRoadmap(planned.world, field, planner, experiment.vehicle.inscribed_radius());

@@ -13,6 +13,7 @@
 #include "common/core/hash.h"
 #include "common/core/log.h"
 #include "common/world/distance_field.h"
+#include "common/world/world_variants.h"
 #include "deploy/launcher/cpus.h"
 #include "deploy/launcher/network.h"
 #include "deploy/launcher/port_block.h"
@@ -50,7 +51,7 @@ std::string ProgramOf(ProcessKind kind) { return SiblingProgram(std::string("cai
 
 // What the planner would refuse, found before anything is written or started. Costs a few milliseconds.
 void CheckWorld(const Experiment& experiment) {
-  const World world = MakeWorld(experiment.world);
+  const World world = MakeWorldVariants(experiment.world, experiment.planner.radius).known;
   const DistanceField field(world, experiment.world.field_resolution);
   planner::CheckPlannable(world, field, experiment.planner, experiment.vehicle.inscribed_radius());
 }

@@ -104,6 +104,7 @@ TEST(FromProtoTest, StructDefaultsAreThoseOfTheSchema) {
   resolved.planner.min_spacing = plain.planner.min_spacing;
   resolved.planner.radius = plain.planner.radius;
   resolved.vehicle.scan.range = plain.vehicle.scan.range;
+  resolved.world.unseen_obstacle_size = plain.world.unseen_obstacle_size;
   resolved.observation = plain.observation;
   EXPECT_EQ(resolved, plain);
 }
