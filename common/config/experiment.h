@@ -3,10 +3,14 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace cairn {
+
+struct ImportedMap;  // common/world/import/import_map.h
 
 // Plain mirror of experiment.proto, which holds defaults, units, ranges and reasons. All derived values are filled in
 // by the loader (common/config/load.h) except those that need the roadmap, which are 0 until then.
@@ -21,8 +25,17 @@ struct BoxConfig {
   bool operator==(const BoxConfig&) const = default;
 };
 
+/// Upright cylinder [m]; in a plane world a disc.
+struct CylinderConfig {
+  std::array<double, 3> base{};
+  double radius = 0;
+  double height = 1;
+
+  bool operator==(const CylinderConfig&) const = default;
+};
+
 struct WorldConfig {
-  enum class Kind { kCarMaze, kBoxes };
+  enum class Kind { kCarMaze, kBoxes, kMap };
   Kind kind = Kind::kCarMaze;
   uint64_t seed = 1;
   int cells = 12;
@@ -32,9 +45,15 @@ struct WorldConfig {
   double square = 0.32;
   BoxConfig bounds;
   std::vector<BoxConfig> obstacles;
-  BoxConfig start;
-  BoxConfig goal;
+  std::vector<CylinderConfig> cylinders;
+  BoxConfig start;  ///< empty: see start_point; of a map: everywhere
+  BoxConfig goal;   ///< empty: see goal_point
+  std::optional<std::array<double, 3>> start_point;
+  std::optional<std::array<double, 3>> goal_point;
+  double point_tolerance = 0.13;
   double field_resolution = 0.005;
+  std::string map_file;                    ///< kMap: where the map was read
+  std::shared_ptr<const ImportedMap> map;  ///< kMap: what it says; read once, by the loader
 
   bool operator==(const WorldConfig&) const = default;
 };

@@ -9,8 +9,8 @@ To ConvertEnum(From value) {
   return static_cast<To>(static_cast<int>(value));
 }
 static_assert(proto::ASYNC == static_cast<int>(Schedule::kAsync) && proto::Schedule_MAX == proto::ASYNC);
-static_assert(proto::World::BOXES == static_cast<int>(WorldConfig::Kind::kBoxes) &&
-              proto::World::Kind_MAX == proto::World::BOXES);
+static_assert(proto::World::MAP == static_cast<int>(WorldConfig::Kind::kMap) &&
+              proto::World::Kind_MAX == proto::World::MAP);
 static_assert(proto::Vehicle::PLANE_CAR == static_cast<int>(VehicleConfig::Kind::kPlaneCar) &&
               proto::Vehicle::Kind_MAX == proto::Vehicle::PLANE_CAR);
 static_assert(proto::Planner::RRG == static_cast<int>(PlannerConfig::Kind::kRrg) &&
@@ -38,8 +38,14 @@ WorldConfig World(const proto::World& message) {
   world.square = message.square();
   world.bounds = Box(message.bounds());
   for (const proto::Box& obstacle : message.obstacles()) world.obstacles.push_back(Box(obstacle));
+  for (const proto::Cylinder& cylinder : message.cylinders()) {
+    world.cylinders.push_back({Vector(cylinder.base()), cylinder.radius(), cylinder.height()});
+  }
   world.start = Box(message.start());
   world.goal = Box(message.goal());
+  if (message.has_start_point()) world.start_point = Vector(message.start_point());
+  if (message.has_goal_point()) world.goal_point = Vector(message.goal_point());
+  if (message.has_point_tolerance()) world.point_tolerance = message.point_tolerance();
   world.field_resolution = message.field_resolution();
   return world;
 }

@@ -21,6 +21,10 @@ constexpr double kLookAheadNearRadii = 2.8;        // 0.120 m
 constexpr double kLookAheadFarRadii = 7.0;         // 0.301 m
 constexpr double kRayScaleRadii = 1.4;             // 0.060 m
 constexpr double kLookAheadClearanceRadii = 0.35;  // 0.015 m
+constexpr double kPointToleranceRadii = 3;         // 0.129 m; the paper's own square has 0.160 m
+
+constexpr double kMapFieldParts = 5;        // field nodes on an inscribed radius, of maps
+constexpr double kMapFieldNodes = 1 << 25;  // 128 MiB of floats in each process
 
 void SetDefault(Message* message, const FieldDescriptor* field) {
   const Reflection* reflection = message->GetReflection();
@@ -52,14 +56,17 @@ void FillDefaults(Message* message);
 
 void FillField(Message* message, const FieldDescriptor* field) {
   const Reflection* reflection = message->GetReflection();
-  const bool is_box = field->message_type() == proto::Box::descriptor();
+  // Regions and points of the world are not invented.
+  const bool is_place =
+      field->message_type() == proto::Box::descriptor() ||
+      (field->message_type() == proto::Vector3::descriptor() && field->containing_type() == proto::World::descriptor());
   if (field->is_repeated()) {
     if (field->message_type() == nullptr) return;
     for (int i = 0; i < reflection->FieldSize(*message, field); ++i) {
       FillDefaults(reflection->MutableRepeatedMessage(message, field, i));
     }
   } else if (field->message_type() != nullptr) {
-    if (!is_box || reflection->HasField(*message, field)) FillDefaults(reflection->MutableMessage(message, field));
+    if (!is_place || reflection->HasField(*message, field)) FillDefaults(reflection->MutableMessage(message, field));
   } else if (field->has_default_value() && !reflection->HasField(*message, field)) {
     SetDefault(message, field);
   }
@@ -92,10 +99,25 @@ void DeriveObservation(double circumscribed, proto::Observation* observation) {
   }
 }
 
-void DeriveWorld(double inscribed, proto::World* world) {
+// The coarsest whole part of a cell that resolves the robot, so that the field's nodes lie on the cells' edges; coarser
+// again, down to the cell, where that would take too many nodes.
+double MapFieldResolution(const ImportedMap& map, double inscribed) {
+  const Vector3d size = map.bounds.size();
+  const double volume = size.x() * size.y() * (map.dimension == 3 ? size.z() : 1);
+  const double finest = std::pow(volume / kMapFieldNodes, 1.0 / map.dimension);
+  if (map.cell == 0) return std::max(inscribed / 10, finest);
+  const double parts = std::ceil(map.cell / (inscribed / kMapFieldParts) - 1e-9);
+  return map.cell / std::max(1.0, std::min(parts, std::floor(map.cell / finest)));
+}
+
+void DeriveWorld(double circumscribed, double inscribed, const ImportedMap* map, proto::World* world) {
+  if ((world->has_goal_point() || world->has_start_point()) && !world->has_point_tolerance()) {
+    world->set_point_tolerance(kPointToleranceRadii * circumscribed);
+  }
   if (world->has_field_resolution()) return;
   const bool maze = world->kind() == proto::World::CAR_MAZE;
-  world->set_field_resolution(maze ? world->wall_thickness() / 4 : inscribed / 10);
+  const double vehicles = map != nullptr ? MapFieldResolution(*map, inscribed) : inscribed / 10;
+  world->set_field_resolution(maze ? world->wall_thickness() / 4 : vehicles);
 }
 
 void DeriveLearner(proto::Learner* learner) {
@@ -108,15 +130,16 @@ void DeriveLearner(proto::Learner* learner) {
 
 }  // namespace
 
-void Resolve(Draft* draft) {
+void Resolve(Draft* draft, const ImportedMap* map) {
   proto::Experiment& experiment = draft->message;
   FillDefaults(&experiment);
+  if (map == nullptr) experiment.mutable_world()->clear_unknown_is_free();  // what is not read is not part of the hash
   const VehicleConfig footprint = Footprint(experiment.vehicle());
   const double circumscribed = footprint.circumscribed_radius();
   const double inscribed = footprint.inscribed_radius();
   DerivePlanner(circumscribed, inscribed, experiment.mutable_planner());
   DeriveObservation(circumscribed, experiment.mutable_observation());
-  DeriveWorld(inscribed, experiment.mutable_world());
+  DeriveWorld(circumscribed, inscribed, map, experiment.mutable_world());
   DeriveLearner(experiment.mutable_learner());
   proto::Scan* scan = experiment.mutable_vehicle()->mutable_scan();
   if (!scan->has_range()) scan->set_range(kScanRangeRadii * circumscribed);
