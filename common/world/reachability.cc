@@ -27,6 +27,16 @@ void ForEachPoint(const Box& region, int dimension, double step, const Visit& vi
   }
 }
 
+// Of a map the obstacles are many and the field knows them.
+World WithoutObstacles(const World& world) {
+  World outline;
+  outline.dimension = world.dimension;
+  outline.bounds = world.bounds;
+  outline.start = world.start;
+  outline.goal = world.goal;
+  return outline;
+}
+
 std::string Describe(const Box& box, int dimension) {
   std::string text;
   for (int k = 0; k < dimension; ++k) {
@@ -38,7 +48,7 @@ std::string Describe(const Box& box, int dimension) {
 }  // namespace
 
 Reachability::Reachability(const World& world, const DistanceField& field, double radius)
-    : world_(world), field_(field), radius_(radius), step_(field.resolution()), nodes_(1, 1, 1) {
+    : world_(WithoutObstacles(world)), field_(field), radius_(radius), step_(field.resolution()), nodes_(1, 1, 1) {
   for (int k = 0; k < world.dimension; ++k) {
     nodes_[k] = std::max(2, static_cast<int>(std::ceil(world.bounds.size()[k] / step_ - 1e-9)) + 1);
   }

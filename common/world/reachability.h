@@ -44,7 +44,7 @@ class Reachability {
   void ForEachFreeNode(const Visitor& visitor) const;
   [[noreturn]] void ThrowNoRoom(double most_room) const;
 
-  World world_;
+  World world_;  // without its obstacles
   const DistanceField& field_;
   double radius_;
   double step_;  // between nodes [m]
