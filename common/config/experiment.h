@@ -34,6 +34,18 @@ struct CylinderConfig {
   bool operator==(const CylinderConfig&) const = default;
 };
 
+/// Where a map is and how it is read; unset: as the format has it.
+struct MapConfig {
+  std::string file;  ///< as read: relative to the working directory
+  std::string hash;
+  bool unknown_is_free = false;
+  std::optional<double> resolution;
+  std::optional<double> slice_min;
+  std::optional<double> slice_max;
+
+  bool operator==(const MapConfig&) const = default;
+};
+
 struct WorldConfig {
   enum class Kind { kCarMaze, kBoxes, kMap };
   Kind kind = Kind::kCarMaze;
@@ -52,8 +64,8 @@ struct WorldConfig {
   std::optional<std::array<double, 3>> goal_point;
   double point_tolerance = 0.13;
   double field_resolution = 0.005;
-  std::string map_file;                    ///< kMap: where the map was read
-  std::shared_ptr<const ImportedMap> map;  ///< kMap: what it says; read once, by the loader
+  MapConfig map;
+  std::shared_ptr<const ImportedMap> imported;  ///< kMap: what the map says; read once, by the loader
 
   bool operator==(const WorldConfig&) const = default;
 };

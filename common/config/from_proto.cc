@@ -27,6 +27,17 @@ std::array<double, 3> Vector(const proto::Vector3& message) { return {message.x(
 
 BoxConfig Box(const proto::Box& message) { return {Vector(message.min()), Vector(message.max())}; }
 
+MapConfig Map(const proto::World& message) {
+  MapConfig map;
+  map.file = message.map();
+  map.hash = message.map_hash();
+  map.unknown_is_free = message.unknown_is_free();
+  if (message.has_map_resolution()) map.resolution = message.map_resolution();
+  if (message.has_slice_min()) map.slice_min = message.slice_min();
+  if (message.has_slice_max()) map.slice_max = message.slice_max();
+  return map;
+}
+
 WorldConfig World(const proto::World& message) {
   WorldConfig world;
   world.kind = ConvertEnum<WorldConfig::Kind>(message.kind());
@@ -47,6 +58,7 @@ WorldConfig World(const proto::World& message) {
   if (message.has_goal_point()) world.goal_point = Vector(message.goal_point());
   if (message.has_point_tolerance()) world.point_tolerance = message.point_tolerance();
   world.field_resolution = message.field_resolution();
+  world.map = Map(message);
   return world;
 }
 

@@ -72,8 +72,8 @@ LoadedExperiment ParseExperiment(const std::string& text, const std::string& sou
   config::CheckRanges(draft);
   config::CheckRules(draft);
   LoadedExperiment loaded{config::FromProto(draft.message), Print(draft.message), Hash(draft.message)};
-  loaded.experiment.world.map_file = read.file;
-  loaded.experiment.world.map = read.map;
+  loaded.experiment.world.map.file = read.file;
+  loaded.experiment.world.imported = read.map;
   return loaded;
 }
 

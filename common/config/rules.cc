@@ -43,18 +43,18 @@ void CheckName(const Draft& draft) {
 void CheckWorld(const Draft& draft) {
   const proto::World& world = draft.message.world();
   const bool boxes = world.kind() == proto::World::BOXES, map = world.kind() == proto::World::MAP;
-  const auto check = [&](const char* path, bool present, bool needed, bool read) {
+  const auto check = [&](const char* path, bool present, bool needed, bool of_maps) {
     if (needed && !present)
       ThrowUsageError("{} is missing: world.kind = BOXES ({}) needs it", path, draft.Origin("world.kind"));
-    if (!present || read) return;
-    ThrowUsageError("{}: {} is not read with world.kind = {}", draft.Origin(path), path,
-                    proto::World::Kind_Name(world.kind()));
+    if (!present || boxes || (map && of_maps)) return;
+    ThrowUsageError("{}: {} is read only with world.kind = BOXES{}", draft.Origin(path), path,
+                    of_maps ? " or MAP" : "");
   };
-  check("world.bounds", world.has_bounds(), boxes, boxes || map);
-  check("world.start", world.has_start(), boxes && !world.has_start_point(), boxes || map);
-  check("world.goal", world.has_goal(), boxes && !world.has_goal_point(), boxes || map);
-  check("world.obstacles[0]", !world.obstacles().empty(), false, boxes);
-  check("world.cylinders[0]", !world.cylinders().empty(), false, boxes);
+  check("world.bounds", world.has_bounds(), boxes, true);
+  check("world.start", world.has_start(), boxes && !world.has_start_point(), true);
+  check("world.goal", world.has_goal(), boxes && !world.has_goal_point(), true);
+  check("world.obstacles[0]", !world.obstacles().empty(), false, false);
+  check("world.cylinders[0]", !world.cylinders().empty(), false, false);
   const auto check_one = [&](const char* region, bool has_region, const char* point, bool has_point) {
     if (!has_region || !has_point) return;
     ThrowUsageError("{}: {} does not go with {} ({})", draft.Origin(point), point, region, draft.Origin(region));

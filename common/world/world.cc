@@ -77,12 +77,12 @@ World MakeBoxWorld(const WorldConfig& config) {
 }
 
 World MakeMapWorld(const WorldConfig& config) {
-  CAIRN_CHECK(config.map != nullptr, "a MAP world comes with its map: see LoadExperiment");
+  CAIRN_CHECK(config.imported != nullptr, "a MAP world comes with its map: see LoadExperiment");
   World world;
-  world.dimension = config.map->dimension;
-  world.bounds = config.map->bounds;
-  world.boxes = config.map->boxes;
-  world.cylinders = config.map->cylinders;
+  world.dimension = config.imported->dimension;
+  world.bounds = config.imported->bounds;
+  world.boxes = config.imported->boxes;
+  world.cylinders = config.imported->cylinders;
   world.imported = true;
   return world;
 }

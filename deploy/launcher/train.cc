@@ -60,7 +60,7 @@ void CheckWorld(const Experiment& experiment) {
     ThrowUsageError(
         "world.map {}: a map in space, and vehicle.kind moves in the plane; world.slice_min and world.slice_max make a "
         "plane map of the heights that it can touch",
-        experiment.world.map_file);
+        experiment.world.map.file);
   }
   const DistanceField field(world, experiment.world.field_resolution);
   planner::CheckPlannable(world, field, experiment.planner, experiment.vehicle.inscribed_radius());
@@ -77,7 +77,7 @@ class Training {
         ports_(PortBlock::Claim(loaded_.experiment.transport.base_port)),
         directory_(options.resume.empty()
                        ? RunDirectory::Create(options.run_dir, loaded_.experiment.name, loaded_.resolved_text,
-                                              loaded_.experiment.world.map_file)
+                                              loaded_.experiment.world.map.file)
                        : RunDirectory::Resume(options.resume, loaded_.experiment.total_env_steps)),
         status_line_(stdout, StatusLine::ModeFor(stdout, options.quiet)) {
     log::Init("cairn", directory_.log_file("launcher"));
@@ -118,7 +118,7 @@ class Training {
     if (!ports_.note().empty()) Say(ports_.note());
     if (bus_.ttl > 0) {
       std::string copied = "experiment.textproto";
-      if (loaded_.experiment.world.map != nullptr) copied += ", map";
+      if (loaded_.experiment.world.imported != nullptr) copied += ", map";
       if (bus_.key) copied += " and key";
       Say(fmt::format("other hosts join with copies of the run directory's {}: {}", copied, JoinCommand(bus_)));
     }

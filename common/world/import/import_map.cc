@@ -154,8 +154,9 @@ std::string CopyMap(const std::string& path, const std::string& directory) {
   }
   const RosMapInfo info = ParseRosMapInfo(ReadBounded(path, kMaxYamlBytes), path);
   const fs::path image = ImagePath(path, info);
-  WriteFileAtomically((fs::path(directory) / image.filename()).string(), ReadBounded(image.string(), kMaxBytes));
-  WriteFileAtomically(copy, PrintRosMapInfo(info, image.filename().string()));
+  const std::string name = "image" + image.extension().string();  // a file's own may be no text at all
+  WriteFileAtomically((fs::path(directory) / name).string(), ReadBounded(image.string(), kMaxBytes));
+  WriteFileAtomically(copy, PrintRosMapInfo(info, name));
   return copy;
 }
 

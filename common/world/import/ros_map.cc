@@ -164,12 +164,10 @@ RosMapInfo ParseRosMapInfo(const std::string& text, const std::string& file) {
 }
 
 std::string PrintRosMapInfo(const RosMapInfo& info, const std::string& image) {
-  YAML::Emitter quoted;
-  quoted << YAML::DoubleQuoted << image;
   return fmt::format(
       "image: {}\nmode: {}\nresolution: {}\norigin: [{}, {}, {}]\nnegate: {}\noccupied_thresh: {}\nfree_thresh: {}\n",
-      quoted.c_str(), kModes[static_cast<int>(info.mode)], info.resolution, info.origin.x(), info.origin.y(),
-      info.origin.z(), info.negate ? 1 : 0, info.occupied_thresh, info.free_thresh);
+      image, kModes[static_cast<int>(info.mode)], info.resolution, info.origin.x(), info.origin.y(), info.origin.z(),
+      info.negate ? 1 : 0, info.occupied_thresh, info.free_thresh);
 }
 
 CellGrid ReadRosMap(const RosMapInfo& info, std::string_view image, const std::string& image_file, int64_t max_cells) {

@@ -22,7 +22,7 @@ struct RosMapInfo {
 /// Throws UsageError "file:line: key: …".
 RosMapInfo ParseRosMapInfo(const std::string& text, const std::string& file);
 
-/// The yaml text that ParseRosMapInfo reads back to the same, with another image.
+/// The yaml text that ParseRosMapInfo reads back to the same, with another image, a plain file name.
 std::string PrintRosMapInfo(const RosMapInfo& info, const std::string& image);
 
 /// The cells of an image (.pgm or .png by its name) as map_server's `mode` reads it: p = 1 − shade (negate: shade),
