@@ -26,13 +26,6 @@ Footprint MakeFootprint(const VehicleConfig& vehicle) {
   return {0.5 * vehicle.length, 0.5 * vehicle.width, 0};
 }
 
-void CheckDimension(const VehicleConfig& vehicle, const World& world) {
-  if (vehicle.dimension() == world.dimension) return;
-  ThrowUsageError("vehicle.kind: {}, but the world is {}",
-                  vehicle.dimension() == 3 ? "a QUADROTOR flies" : "it drives in the plane (only a QUADROTOR flies)",
-                  world.dimension == 3 ? "in space" : "plane");
-}
-
 RandomPurpose StartPurpose(StartSet set) {
   switch (set) {
     case StartSet::kConsumption:

@@ -1,6 +1,7 @@
 #include "deploy/launcher/planned_world.h"
 
 #include "common/world/distance_field.h"
+#include "common/world/reachability.h"
 #include "common/world/world_variants.h"
 
 namespace cairn::deploy {
@@ -15,6 +16,7 @@ PlannedWorld PlanWorld(const Experiment& experiment, const PlannerConfig& planne
   planned.r_ball = planner.r_ball();
   const DistanceField field(planned.world, experiment.world.field_resolution);
   planned.built = planner::BuildRoadmap(planned.world, field, planner, experiment.vehicle.inscribed_radius());
+  planned.free_share = Reachability(planned.world, field, planner.radius).share();
   planned.table = planner::ComputeCostTable(planned.built.roadmap, planned.world, planned.world.goal);
   return planned;
 }
