@@ -65,7 +65,7 @@ TEST_F(BadInputTest, Maps) {
   for (int level = 0; level < 15; ++level) tree += std::string("\x03\x00", 2);
   WriteText(directory_ / "a.bt", tree + "UU");  // eight free voxels
   ExpectRefused({{"train", navigate, "--map", directory_ / "a.bt", "--goal", "-1638.35,-1638.35,-1638.35"},
-                 {"a map in space", "world.slice_min"}});
+                 {"but the world is in space; world.slice_min", "world.slice_min"}});
 }
 
 TEST_F(BadInputTest, Experiment) {

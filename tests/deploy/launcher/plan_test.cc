@@ -95,7 +95,7 @@ class PlanMapTest : public PlanTest {
 TEST_F(PlanMapTest, AMapWithoutAGoalIsDrawnWithItsGrid) {
   const ProgramResult result = PlanMap({"--svg", directory_ / "floor.svg"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, testing::HasSubstr("x -0.90 to 5.30 m, y -1.90 to 1.30 m"));
+  EXPECT_THAT(result.out, testing::HasSubstr("x -0.90 to 5.30, y -1.90 to 1.30 m"));
   EXPECT_THAT(result.out, testing::HasSubstr("--goal X,Y"));
   const std::string picture = ReadText(directory_ / "floor.svg");
   EXPECT_THAT(picture, testing::HasSubstr(">2<"));  // a labelled metre
@@ -121,8 +121,8 @@ TEST_F(PlanMapTest, GoalsThatCannotBeAreRefusedWithTheNearestPointThatCan) {
     return result.err;
   };
   // In the wall x = 2.1 … 2.3: free is what keeps 1.2 · 0.074 m from it.
-  EXPECT_THAT(error("2.15,-1"), testing::HasSubstr("no point of it is free for a radius of 0.0888 m"));
-  EXPECT_THAT(error("2.15,-1"), testing::HasSubstr("the nearest point that is: 2,-1"));
+  EXPECT_THAT(error("2.15,-1"), testing::HasSubstr("no point of it is free for a radius of 0.126 m"));
+  EXPECT_THAT(error("2.15,-1"), testing::HasSubstr("the nearest point that is: 1.96,-1"));
   EXPECT_THAT(error("77,0"), testing::HasSubstr("world.goal_point: x = 77 m lies outside the world"));
 }
 
