@@ -18,6 +18,8 @@ packages=(
   libeigen3-dev libxsmm-dev libprotobuf-dev protobuf-compiler nlohmann-json3-dev libxxhash-dev
   # Command line and log.
   libcli11-dev libfmt-dev libspdlog-dev
+  # Pages of worlds in space.
+  libjs-three
   # (cairn-bench-learner with -DCAIRN_BENCH_TORCH=ON needs libtorch-dev libopenblas-dev besides.)
   # `ip`, for looking into a run's network.
   iproute2
