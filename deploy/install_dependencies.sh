@@ -30,6 +30,8 @@ test_packages=(
   libgtest-dev libgmock-dev libbenchmark-dev clang-14 libclang-rt-14-dev clang-format-14 clang-tidy-14 python3 procps
   # The firewall rules of SECURITY.md.
   nftables
+  # Interactive pages are drawn in it.
+  chromium
   # A window system without a screen, to look at `cairn spy`.
   xvfb xauth xdotool imagemagick
 )

@@ -22,6 +22,7 @@ const center = bounds.getCenter(new THREE.Vector3());
 const length = Math.max(size.x, size.y, size.z);  // scale of lines and labels
 const plane = data.world.dimension === 2;
 const INK = '#24292f', START = '#1a7f37', GOAL = '#c2540a', PATH = '#e0115f', UNREACHABLE = '#8c959f';
+const FIELD_OF_VIEW = 32 * Math.PI / 180;  // from top to bottom; three.js sizes points as if it were 90 degrees
 
 // --- geometry ---------------------------------------------------------------------------------------------------------
 
@@ -138,7 +139,7 @@ function lines(positions, options) {
 
 // A text that always faces the camera; `height` of its line in m.
 function label(text, position, color, height, bold) {
-  const canvas = document.createElement('canvas'), pixels = 64;
+  const canvas = document.createElement('canvas'), pixels = bold ? 64 : 40;
   const font = (bold ? 'bold ' : '') + pixels + 'px Helvetica, Arial, "Liberation Sans", "DejaVu Sans", sans-serif';
   let context = canvas.getContext('2d');
   context.font = font;
@@ -173,7 +174,7 @@ function makeWalls() {
     edges: edgesOf(boxes, { color: INK }),
     setOpacity(opacity) {
       Object.assign(material, { opacity, depthWrite: opacity > 0.7 });  // what is solid hides, what is not does not
-      walls.edges.material.opacity = Math.min(0.5, 0.06 + 0.6 * opacity);
+      walls.edges.material.opacity = Math.min(0.5, 0.03 + 0.6 * opacity);
     },
   };
   walls.group = layer(walls.boxes, walls.cylinders, walls.edges);
@@ -182,10 +183,12 @@ function makeWalls() {
 
 function makeRegion(name, numbers, color) {
   const b = box(numbers), s = b.getSize(new THREE.Vector3());
-  const material = new THREE.MeshBasicMaterial({ color, transparent: true, opacity: 0.16, depthWrite: false });
+  const wide = s.x * s.y * s.z > 0.2 * size.x * size.y * size.z;  // would tint all that is seen through it
+  const opacity = wide ? 0.02 : 0.16;
+  const material = new THREE.MeshBasicMaterial({ color, transparent: true, opacity, depthWrite: false });
   const above = new THREE.Vector3(0, 0, 0.5 * s.z).add(b.getCenter(new THREE.Vector3()));
   const height = 0.034 * length;
-  return layer(new THREE.Mesh(copies(unitBox, [boxMatrix(b)]), material), edgesOf([b], { color, opacity: 0.9 }),
+  return layer(new THREE.Mesh(copies(unitBox, [boxMatrix(b)]), material), edgesOf([b], { color, opacity: wide ? 0.5 : 0.9 }),
     label(name, above.setZ(above.z + 0.8 * height), color, height, true));
 }
 
@@ -202,7 +205,7 @@ function ticks(low, high, count) {
 
 // A grid on the floor, the edges of the bounds and metres along three of them.
 function makeFrame() {
-  const { min, max } = bounds, gap = 0.035 * length, height = 0.024 * length, grid = [], texts = [];
+  const { min, max } = bounds, gap = 0.035 * length, height = (plane ? 0.024 : 0.03) * length, grid = [], texts = [];
   const z = min.z - 0.002 * length;
   const text = (words, x, y, h) => texts.push(label(words, new THREE.Vector3(x, y, h), '#57606a', height, false));
   for (const x of ticks(min.x, max.x, 6)) {
@@ -252,7 +255,7 @@ function makeRoadmap() {
   const look = { vertexColors: THREE.VertexColors, transparent: true, depthWrite: false };
   const spacing = Math.pow(size.x * size.y * (plane ? 1 : size.z) / Math.max(1, colors.length), plane ? 1 / 2 : 1 / 3);
   const points = new THREE.Points(geometry({ position: numbers(vertices), color: numbers(colors.flat()) }),
-    new THREE.PointsMaterial({ ...look, size: 0.24 * spacing, map: disc(), alphaTest: 0.3 }));
+    new THREE.PointsMaterial({ ...look, size: 0.14 * spacing / Math.tan(0.5 * FIELD_OF_VIEW), map: disc(), alphaTest: 0.3 }));
   const segments = new THREE.LineSegments(geometry({ position: numbers(ends), color: numbers(endColors) }),
     new THREE.LineBasicMaterial(look));
   const setOpacity = (opacity) => {
@@ -262,18 +265,26 @@ function makeRoadmap() {
   return { points, segments, setOpacity, group: layer(segments, points) };
 }
 
+// What moves and where is drawn after the walls: translucent ones do not grey it, solid ones hide it all the same.
+const SEEN_THROUGH = { transparent: true, depthWrite: true };
+
+function onTop(object) {
+  object.renderOrder = 5;
+  return object;
+}
+
 function makePath() {
   if (!data.path || !data.path.points.length) return null;
   const tubes = new Tubes(0.0042 * length, 8);
   tubes.add(indices(data.path.points.length, 3).map((i) => vector(data.path.points, i)), 0);
-  return layer(new THREE.Mesh(tubes.geometry(), new THREE.MeshLambertMaterial({ color: PATH })));
+  return layer(onTop(new THREE.Mesh(tubes.geometry(), new THREE.MeshLambertMaterial({ color: PATH, ...SEEN_THROUGH }))));
 }
 
 const clock = { now: { value: 0 }, end: 0 };  // `now` is shared by the materials of all trajectories
 
 // A material that shows only what lies before now.
 function cutMaterial(color) {
-  const material = new THREE.MeshLambertMaterial({ color });
+  const material = new THREE.MeshLambertMaterial({ color, ...SEEN_THROUGH });
   material.onBeforeCompile = (shader) => {
     shader.uniforms.now = clock.now;
     shader.vertexShader = shader.vertexShader.replace('void main() {',
@@ -290,10 +301,10 @@ function makeOutcome({ name, color, paths }) {
   for (const way of ways) tubes.add(way, data.step);
   const radius = data.vehicleRadius || 0.008 * length;
   const vehicles = new THREE.InstancedMesh(new THREE.SphereBufferGeometry(radius, 20, 14),
-    new THREE.MeshLambertMaterial({ color, transparent: true, opacity: 0.75 }), ways.length);
+    new THREE.MeshLambertMaterial({ color, ...SEEN_THROUGH, opacity: 0.8 }), ways.length);
   vehicles.frustumCulled = false;  // its bounds would be those of one sphere at the origin
   const mesh = new THREE.Mesh(tubes.geometry(), cutMaterial(color));
-  return { name, color, ways, vehicles, mesh, group: layer(mesh, vehicles) };
+  return { name, color, ways, vehicles, mesh, group: layer(onTop(mesh), onTop(vehicles)) };
 }
 
 function placeVehicles(outcome) {
@@ -386,7 +397,7 @@ const renderer = new THREE.WebGLRenderer({ antialias: true });
 renderer.setClearColor(0xffffff);
 renderer.setPixelRatio(window.devicePixelRatio);
 element('view').append(renderer.domElement);
-const camera = new THREE.PerspectiveCamera(32, 1, 0.01 * length, 100 * length);
+const camera = new THREE.PerspectiveCamera(FIELD_OF_VIEW * 180 / Math.PI, 1, 0.01 * length, 100 * length);
 camera.up.set(0, 0, 1);
 const orbit = new THREE.OrbitControls(camera, renderer.domElement);
 const cut = new THREE.Plane(new THREE.Vector3(0, 0, -1), 0);
@@ -397,7 +408,7 @@ function lookFrom(x, y, z) {
   const direction = new THREE.Vector3(x, y, z).normalize();
   const right = new THREE.Vector3().crossVectors(camera.up, direction).normalize();
   const up = new THREE.Vector3().crossVectors(direction, right);
-  const tangent = Math.tan(0.5 * camera.fov * Math.PI / 180), margin = 1.2;
+  const tangent = Math.tan(0.5 * FIELD_OF_VIEW), margin = 1.2;
   let distance = 0;  // from which every corner is in sight
   for (const corner of corners) {
     const c = corner.sub(center);
@@ -414,9 +425,10 @@ const lookHome = () => (plane ? lookFrom(-0.12, -0.75, 1) : lookFrom(-0.5, -1, 0
 const lookDown = () => lookFrom(0, -1e-4, 1);
 
 function fit() {
-  camera.aspect = window.innerWidth / window.innerHeight;
+  const height = window.innerHeight - (outcomes.length ? 64 : 0);  // the time's panel stands below
+  camera.aspect = window.innerWidth / height;
   camera.updateProjectionMatrix();
-  renderer.setSize(window.innerWidth, window.innerHeight);
+  renderer.setSize(window.innerWidth, height);
   requestFrame();
 }
 
@@ -459,7 +471,7 @@ function main() {
   document.title = data.title || 'Cairn';
   element('title').textContent = data.title;
   element('subtitle').textContent = data.subtitle;
-  addSlider(addSwitch('Walls', walls.group), 0.02, 1, plane ? 0.85 : 0.16, walls.setOpacity);
+  addSlider(addSwitch('Walls', walls.group), 0.02, 1, plane ? 0.85 : 0.08, walls.setOpacity);
   if (roadmap) addSlider(addSwitch('Roadmap', roadmap.group), 0.05, 1, outcomes.length ? 0.3 : 1, roadmap.setOpacity);
   if (path) addSwitch('Optimal path, ' + data.path.length.toFixed(2) + ' m', path, PATH);
   for (const outcome of outcomes) addSwitch(outcome.ways.length + ' × ' + outcome.name, outcome.group, outcome.color);
