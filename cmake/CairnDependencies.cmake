@@ -13,6 +13,9 @@ pkg_check_modules(ODE REQUIRED IMPORTED_TARGET ode)
 pkg_check_modules(SODIUM REQUIRED IMPORTED_TARGET libsodium)
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
 find_program(LCM_GEN lcm-gen REQUIRED)
+# three.js, which interactive pages carry within themselves (libjs-three).
+find_file(THREE_JS three.min.js PATHS /usr/share/javascript/three REQUIRED)
+find_file(ORBIT_CONTROLS_JS OrbitControls.js PATHS /usr/share/javascript/three/examples/js/controls REQUIRED)
 
 # libxsmm ships static archives and no CMake package; without it common/nn/gemm falls back to Eigen.
 find_path(XSMM_INCLUDE_DIR libxsmm.h)

@@ -20,6 +20,8 @@ packages=(
   libyaml-cpp-dev libpng-dev libpugixml-dev
   # Command line and log.
   libcli11-dev libfmt-dev libspdlog-dev
+  # Pages of worlds in space.
+  libjs-three
   # (cairn-bench-learner with -DCAIRN_BENCH_TORCH=ON needs libtorch-dev libopenblas-dev besides.)
   # `ip`, for looking into a run's network.
   iproute2
@@ -32,6 +34,8 @@ test_packages=(
   liboctomap-dev
   # The firewall rules of SECURITY.md.
   nftables
+  # Interactive pages are drawn in it.
+  chromium
   # A window system without a screen, to look at `cairn spy`.
   xvfb xauth xdotool imagemagick
 )

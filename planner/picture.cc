@@ -11,6 +11,7 @@
 #include "common/core/check.h"
 #include "common/world/import/cell_grid.h"
 #include "planner/color_map.h"
+#include "planner/outcome_style.h"
 #include "planner/path.h"
 
 namespace cairn::planner {
@@ -21,18 +22,8 @@ constexpr double kLeft = 62, kTop = 66, kBottom = 84, kRight = 96;  // margins [
 constexpr const char* kInk = "#24292f";
 constexpr const char* kPathColor = "#e0115f";
 
-struct OutcomeStyle {
-  Outcome outcome;
-  const char* color;
-};
-constexpr std::array<OutcomeStyle, 5> kOutcomes{{{Outcome::kGoal, "#0b62a4"},
-                                                 {Outcome::kCollision, "#d1242f"},
-                                                 {Outcome::kTimeout, "#e08700"},
-                                                 {Outcome::kDiverged, "#8250df"},
-                                                 {Outcome::kRunning, "#6e7781"}}};
-
 const char* OutcomeColor(Outcome outcome) {
-  for (const OutcomeStyle& style : kOutcomes) {
+  for (const OutcomeStyle& style : kOutcomeStyles) {
     if (style.outcome == outcome) return style.color;
   }
   return kInk;
@@ -352,7 +343,7 @@ class Painter {
       x += 34 + 7.0 * static_cast<double>(text.size()) + 24;
     };
     if (path_length_ > 0) add(kPathColor, fmt::format("optimal path, {:.2f} m", path_length_));
-    for (const OutcomeStyle& style : kOutcomes) {
+    for (const OutcomeStyle& style : kOutcomeStyles) {
       const auto same = [&](const Trajectory& t) { return t.outcome == style.outcome; };
       const auto count = std::count_if(trajectories.begin(), trajectories.end(), same);
       if (count > 0) add(style.color, fmt::format("{} {}", count, OutcomeName(style.outcome)));

@@ -76,6 +76,7 @@ void AddPlan(CLI::App* app, Commands* commands) {
   CLI::App* command = app->add_subcommand("plan", "Build the roadmap of an experiment's world and draw it");
   command->add_option("file", options->file, "Experiment file")->required();
   command->add_option("--svg", options->svg, "Picture to write");
+  command->add_option("--html", options->html, "Interactive page to write, also of worlds in space");
   command->add_flag("--json", options->json, "Print one JSON object");
   AddPlace(command, &options->place);
   AddOverrides(command, &options->overrides);
@@ -94,6 +95,7 @@ void AddEval(CLI::App* app, Commands* commands) {
   command->add_option("--policy", options->policy, "best or last (default: best if there is one)")
       ->check(CLI::IsMember({"best", "last"}));
   command->add_option("--svg", options->svg, "Picture of the driven paths to write");
+  command->add_option("--html", options->html, "Interactive page of the driven paths to write, also in space");
   command->add_flag("--json", options->json, "Print one JSON object");
   command->callback([options, commands] { commands->run = [options] { return Eval(*options); }; });
 }

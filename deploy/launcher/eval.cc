@@ -16,6 +16,7 @@
 #include "common/rl/summary.h"
 #include "deploy/launcher/planned_world.h"
 #include "deploy/launcher/run_directory.h"
+#include "planner/page/page.h"
 #include "planner/picture.h"
 
 namespace cairn::deploy {
@@ -122,16 +123,31 @@ planner::Trajectory ToPicture(const actors::Trajectory& trajectory, Outcome outc
   return drawn;
 }
 
-void WritePicture(const PlannedWorld& planned, const std::string& title, const EvaluationSummary& summary,
-                  const std::vector<EpisodeResult>& results, const std::vector<actors::Trajectory>& trajectories,
-                  const std::string& file) {
+std::vector<planner::Trajectory> ToPicture(const std::vector<actors::Trajectory>& trajectories,
+                                           const std::vector<EpisodeResult>& results) {
   std::vector<planner::Trajectory> drawn;
   for (size_t i = 0; i < results.size(); ++i) drawn.push_back(ToPicture(trajectories[i], results[i].outcome));
+  return drawn;
+}
+
+void WritePicture(const PlannedWorld& planned, const std::string& title, const std::string& subtitle,
+                  const std::vector<planner::Trajectory>& drawn, const std::string& file) {
   planner::PictureOptions picture;
   picture.title = title;
-  picture.subtitle = ToString(summary);
+  picture.subtitle = subtitle;
   picture.optimal_path = false;
   WriteFileAtomically(file, planner::DrawScene(planned.world, &planned.built.roadmap, &planned.table, drawn, picture));
+}
+
+void WritePage(const PlannedWorld& planned, const Experiment& experiment, const std::string& title,
+               const std::string& subtitle, const std::vector<planner::Trajectory>& drawn, const std::string& file) {
+  planner::PageOptions page;
+  page.title = title;
+  page.subtitle = subtitle;
+  page.vehicle_radius = experiment.vehicle.inscribed_radius();
+  page.step = experiment.environment.control_period;
+  page.optimal_path = false;
+  WriteFileAtomically(file, planner::MakePage(planned.world, &planned.built.roadmap, &planned.table, drawn, page));
 }
 
 }  // namespace
@@ -139,6 +155,7 @@ void WritePicture(const PlannedWorld& planned, const std::string& title, const E
 int Eval(const EvalOptions& options) {
   const RunDirectory run = RunDirectory::Open(options.run_dir);
   LoadedExperiment loaded = LoadExperiment(run.experiment_file());
+  CheckSvg(options.svg, loaded.experiment);
   const Driver driver = MakeDriver(options, run, loaded);
   if (options.seed) loaded.experiment.seed = *options.seed;
   const Experiment& experiment = loaded.experiment;
@@ -154,10 +171,14 @@ int Eval(const EvalOptions& options) {
   std::vector<actors::Trajectory> trajectories;
   const std::vector<EpisodeResult> results =
       actors::RunEpisodes(scene, StartSet::kTest, actors::AllStarts(trials), *driver.controller, evaluation,
-                          options.svg.empty() ? nullptr : &trajectories);
+                          options.svg.empty() && options.html.empty() ? nullptr : &trajectories);
   const EvaluationSummary summary = Summarise(results);
+  const std::string title = experiment.name + ": " + driver.name, subtitle = ToString(summary);
   if (!options.svg.empty()) {
-    WritePicture(planned, experiment.name + ": " + driver.name, summary, results, trajectories, options.svg);
+    WritePicture(planned, title, subtitle, ToPicture(trajectories, results), options.svg);
+  }
+  if (!options.html.empty()) {
+    WritePage(planned, experiment, title, subtitle, ToPicture(trajectories, results), options.html);
   }
   options.json ? PrintJson(summary, options, experiment) : PrintText(summary, driver.name, experiment);
   return 0;

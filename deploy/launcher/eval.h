@@ -14,6 +14,7 @@ struct EvalOptions {
   std::string controller = "policy";  ///< policy or pure_pursuit
   std::string policy;                 ///< best or last; empty: the best if there is one, else the last
   std::string svg;                    ///< picture of the driven paths; empty: none
+  std::string html;                   ///< interactive page of the driven paths; empty: none
   bool json = false;
 };
 

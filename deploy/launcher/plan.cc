@@ -7,6 +7,7 @@
 #include "common/config/load.h"
 #include "common/core/files.h"
 #include "deploy/launcher/planned_world.h"
+#include "planner/page/page.h"
 #include "planner/path.h"
 #include "planner/picture.h"
 
@@ -65,11 +66,14 @@ void PrintText(const PlannedWorld& planned, double path_length) {
   fmt::print("build time    {:.3f} s, {} samples\n", info.build_s, info.samples);
 }
 
+std::string Subtitle(const planner::BuildInfo& info) {
+  return fmt::format("{} vertices, {} edges, coverage {:.4f}", info.vertices, info.edges, info.coverage);
+}
+
 void WritePicture(const PlannedWorld& planned, const std::string& name, const std::string& file) {
-  const planner::BuildInfo& info = planned.built.info;
   planner::PictureOptions picture;
   picture.title = name;
-  picture.subtitle = fmt::format("{} vertices, {} edges, coverage {:.4f}", info.vertices, info.edges, info.coverage);
+  picture.subtitle = Subtitle(planned.built.info);
   picture.r_ball = planned.r_ball;
   WriteFileAtomically(file, planner::DrawScene(planned.world, &planned.built.roadmap, &planned.table, {}, picture));
 }
@@ -99,14 +103,23 @@ bool HasGoal(const WorldConfig& world) {
   return world.kind != WorldConfig::Kind::kMap || world.goal_point || world.goal != BoxConfig{};
 }
 
+void WritePage(const PlannedWorld& planned, const std::string& name, const std::string& file) {
+  planner::PageOptions page;
+  page.title = name;
+  page.subtitle = Subtitle(planned.built.info);
+  WriteFileAtomically(file, planner::MakePage(planned.world, &planned.built.roadmap, &planned.table, {}, page));
+}
+
 }  // namespace
 
 int Plan(const PlanOptions& options) {
   const Experiment experiment = LoadExperiment(options.file, options.overrides, options.place).experiment;
+  CheckSvg(options.svg, experiment);
   if (!HasGoal(experiment.world)) return PlanMapOnly(options, experiment);
   const PlannedWorld planned = PlanWorld(experiment, experiment.planner);
   const double path_length = planner::OptimalPath(planned.world, planned.built.roadmap, planned.table).length;
   if (!options.svg.empty()) WritePicture(planned, experiment.name, options.svg);
+  if (!options.html.empty()) WritePage(planned, experiment.name, options.html);
   if (options.json) {
     PrintJson(planned, path_length);
   } else {

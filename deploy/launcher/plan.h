@@ -10,7 +10,8 @@ namespace cairn::deploy {
 /// What was typed after `cairn plan`.
 struct PlanOptions {
   std::string file;
-  std::string svg;  ///< picture to write; empty: none
+  std::string svg;   ///< picture to write; empty: none
+  std::string html;  ///< interactive page to write; empty: none
   bool json = false;
   std::vector<std::string> overrides;
   PlaceArguments place;  ///< --map, --robot, --goal, --start

@@ -1,5 +1,6 @@
 #include "deploy/launcher/planned_world.h"
 
+#include "common/core/check.h"
 #include "common/world/distance_field.h"
 #include "common/world/reachability.h"
 #include "common/world/world_variants.h"
@@ -19,6 +20,12 @@ PlannedWorld PlanWorld(const Experiment& experiment, const PlannerConfig& planne
   planned.free_share = Reachability(planned.world, field, planner.radius).share();
   planned.table = planner::ComputeCostTable(planned.built.roadmap, planned.world, planned.world.goal);
   return planned;
+}
+
+void CheckSvg(const std::string& svg, const Experiment& experiment) {
+  if (svg.empty() || MakeWorldWithoutGoal(experiment.world).dimension == 2) return;
+  ThrowUsageError("--svg {}: draws plane worlds, and {}'s is in space; --html FILE shows it from all sides", svg,
+                  experiment.name);
 }
 
 }  // namespace cairn::deploy

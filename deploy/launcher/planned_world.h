@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "common/config/experiment.h"
 #include "common/roadmap/roadmap_lookup.h"
@@ -22,5 +23,8 @@ struct PlannedWorld {
 /// Builds the roadmap that `planner` describes in the experiment's world, as the planner process does. Throws
 /// UsageError for what the planner refuses.
 PlannedWorld PlanWorld(const Experiment& experiment, const PlannerConfig& planner);
+
+/// Throws UsageError naming --html when there is a file for --svg, which draws plane worlds, and the world is in space.
+void CheckSvg(const std::string& svg, const Experiment& experiment);
 
 }  // namespace cairn::deploy
