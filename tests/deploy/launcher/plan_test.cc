@@ -95,7 +95,7 @@ class PlanMapTest : public PlanTest {
 TEST_F(PlanMapTest, AMapWithoutAGoalIsDrawnWithItsGrid) {
   const ProgramResult result = PlanMap({"--svg", directory_ / "floor.svg"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, testing::HasSubstr("x -0.90 to 5.30 m, y -1.90 to 1.30 m"));
+  EXPECT_THAT(result.out, testing::HasSubstr("x -0.90 to 5.30, y -1.90 to 1.30 m"));
   EXPECT_THAT(result.out, testing::HasSubstr("--goal X,Y"));
   const std::string picture = ReadText(directory_ / "floor.svg");
   EXPECT_THAT(picture, testing::HasSubstr(">2<"));  // a labelled metre
