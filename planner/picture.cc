@@ -19,6 +19,7 @@ namespace {
 
 constexpr int kColors = 48;  // steps of the colour scale: edges of a step share one SVG path
 constexpr double kLeft = 62, kTop = 66, kBottom = 84, kRight = 96;  // margins [px]
+constexpr double kMaxAspect = 4;  // of a map's height to its width before it is drawn narrower
 constexpr const char* kInk = "#24292f";
 constexpr const char* kPathColor = "#e0115f";
 
@@ -370,7 +371,10 @@ std::string DrawScene(const World& world, const Roadmap* roadmap, const CostTabl
   if (roadmap && table && static_cast<int>(table->cost.size()) != roadmap->num_vertices()) {
     ThrowError("picture: cost table of {} vertices, roadmap of {}", table->cost.size(), roadmap->num_vertices());
   }
-  return Painter(world, roadmap, table, options).Paint(trajectories);
+  PictureOptions fitted = options;  // a corridor is drawn narrower, not a kilometre high
+  const double aspect = world.bounds.size().y() / world.bounds.size().x();
+  fitted.width = options.width * std::min(1.0, kMaxAspect / aspect);
+  return Painter(world, roadmap, table, fitted).Paint(trajectories);
 }
 
 }  // namespace cairn::planner

@@ -112,6 +112,18 @@ TEST(PictureTest, ImportedMapsAreOnePathOfMergedHalfPixels) {
   EXPECT_LT(svg.size(), 12000u);
 }
 
+TEST(PictureTest, CorridorsAreDrawnNarrower) {
+  World world;
+  world.imported = true;
+  world.bounds = {Vector3d(0, 0, 0), Vector3d(1, 1000, 0)};
+  world.boxes = {{Vector3d(0.5, 400, 0), Vector3d(1, 600, 0)}};
+  world.start = world.goal = world.bounds;
+  PictureOptions options;
+  options.width = 400;
+  const std::string svg = DrawScene(world, nullptr, nullptr, {}, options);
+  EXPECT_THAT(svg, HasSubstr("height=\"1750\""));  // 1600 px and the margins
+}
+
 TEST(PictureTest, AStartThatIsEverywhereIsNotDrawn) {
   Scene scene;
   scene.world.start = scene.world.bounds;
