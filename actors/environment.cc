@@ -136,6 +136,7 @@ StepEvent Environment::State::FindEvent() {
     meter.SetContact();
     return StepEvent::kObstacle;
   }
+  if (vehicle->fallen()) return StepEvent::kObstacle;
   const World& world = scene.world();
   if (!world.Contains(world.goal, position())) return StepEvent::kNone;
   meter.MeasureClearance(n.motion, center_distance);
