@@ -15,7 +15,7 @@ using std::chrono::milliseconds;
 
 constexpr auto kMinControlGap = milliseconds(5);  // 200 Hz at most
 constexpr auto kReannounce = milliseconds(20);    // until acted on
-constexpr int kCreditSteps = 40;                  // of each vehicle
+constexpr int kCreditSteps = 10;                  // of each vehicle
 constexpr int64_t kCreditBurst = 64;
 constexpr auto kCreditPatience = milliseconds(50);
 constexpr auto kPublishInterval = milliseconds(20);
@@ -30,8 +30,9 @@ constexpr int kControlActorBytes = 60;
 constexpr int kControlGapBytes = 20;
 constexpr size_t kMaxGaps = 64;  // in one control frame
 
-int64_t EnoughCredit(const Experiment& e) {
-  return std::min<int64_t>(int64_t{kCreditSteps} * e.num_vehicles, e.async.error_buffer / 2);
+CreditLedger::Amounts Credit(const Experiment& e) {
+  const int64_t steps = int64_t{kCreditSteps} * e.num_vehicles;
+  return {std::min<int64_t>(steps, e.async.error_buffer / 3), e.async.error_buffer / 2, kCreditBurst};
 }
 
 int64_t NumBytes(const Experience& experience) {
@@ -61,7 +62,7 @@ Coordinator::Coordinator(Bus* bus, const Experiment& experiment, uint64_t experi
       policies_(bus, incarnation),
       rounds_(experiment.num_vehicles),
       evaluations_(incarnation),
-      credit_(experiment.total_env_steps, EnoughCredit(experiment), kCreditBurst) {
+      credit_(experiment.total_env_steps, Credit(experiment)) {
   control_.lockstep = experiment.schedule == Schedule::kLockstep;
   fleet_.set_incarnation(control_.incarnation);
 }
@@ -395,7 +396,8 @@ void Coordinator::SetAllowed(int64_t allowed, bool warm_up) {
   const std::lock_guard lock(mutex_);
   control_.warm_up = warm_up;
   credit_.Allow(allowed);
-  dirty_ = credit_.Distribute(&fleet_, Interval(kCreditPatience, kLongestInterval), Clock::now()) || dirty_;
+  const Duration interval = Interval(Duration::zero(), kLongestInterval);
+  dirty_ = credit_.Distribute(&fleet_, interval, kCreditPatience, Clock::now()) || dirty_;
 }
 
 Harvest Coordinator::Take(Duration timeout) {

@@ -14,7 +14,7 @@ int64_t Unused(const ActorRecord& actor) { return std::max<int64_t>(0, actor.cre
 
 void CreditLedger::Allow(int64_t allowed) { allowed_ = std::max(allowed_, std::min(allowed, total_)); }
 
-bool CreditLedger::Distribute(Fleet* fleet, Duration patience, TimePoint now) {
+bool CreditLedger::Distribute(Fleet* fleet, Duration interval, Duration patience, TimePoint now) {
   const int num_actors = fleet->num_joined();
   if (num_actors == 0) return false;
   int64_t unused = 0;
@@ -24,8 +24,9 @@ bool CreditLedger::Distribute(Fleet* fleet, Duration patience, TimePoint now) {
     committed += std::max(actor.credit, actor.accepted);
   }
   int64_t free = allowed_ - committed;
-  const bool enough = free >= enough_ || allowed_ == total_;
-  if (free <= 0 || (!enough && now - distributed_ < patience)) return false;
+  const Duration since = now - distributed_;
+  const bool due = since >= interval && (free >= amounts_.enough || since >= patience);
+  if (free <= 0 || !(due || free >= amounts_.plenty || allowed_ == total_)) return false;
   distributed_ = now;
   // The level to which each is filled up; what rounding leaves goes to the first.
   int64_t level = (unused + free) / num_actors + 1;
@@ -35,8 +36,8 @@ bool CreditLedger::Distribute(Fleet* fleet, Duration patience, TimePoint now) {
   }
   // When hardly anybody has anything left, credit is what they wait for, and a few steps for each now would only be as
   // many starts with cold caches: whoever waits longest gets a burst.
-  if (level < burst_ && kIdleShare * unused <= free) {
-    level = burst_;
+  if (level < amounts_.burst && kIdleShare * unused <= free) {
+    level = amounts_.burst;
     std::stable_sort(order.begin(), order.end(),
                      [](const ActorRecord* a, const ActorRecord* b) { return a->credit_turn < b->credit_turn; });
   }

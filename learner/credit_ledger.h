@@ -12,9 +12,15 @@ namespace cairn::learner {
 /// the Coordinator locks around it.
 class CreditLedger {
  public:
-  /// `total`: transitions of the whole run. `enough`: transitions worth waking the actors for; small shares make small
-  /// messages and many frames, which all of them hear. `burst`: transitions worth having one of them work.
-  CreditLedger(int64_t total, int64_t enough, int64_t burst) : total_(total), enough_(enough), burst_(burst) {}
+  /// What is worth handing out, in transitions.
+  struct Amounts {
+    int64_t enough = 0;  ///< for a frame that wakes all actors, if the last one is not too recent
+    int64_t plenty = 0;  ///< for one at once
+    int64_t burst = 0;   ///< for having one actor work: a few steps are made with cold caches
+  };
+
+  /// `total`: transitions of the whole run.
+  CreditLedger(int64_t total, const Amounts& amounts) : total_(total), amounts_(amounts) {}
 
   /// Transitions that may be made so far, capped at the total; never lower than before.
   void Allow(int64_t allowed);
@@ -23,14 +29,14 @@ class CreditLedger {
   void Retire(int64_t accepted) { retired_ += accepted; }
 
   /// Hands out what is free, to those first that have least left of what they were given, so that one that hangs does
-  /// not gather it all; actors that are faster than credit comes get bursts in turn. Waits until `enough` is free or
-  /// `patience` has passed since the last time. True when anybody got any.
-  bool Distribute(Fleet* fleet, Duration patience, TimePoint now);
+  /// not gather it all; actors that are faster than credit comes get bursts in turn. Unless there is plenty it waits
+  /// until `interval` has passed since the last time, and until there is enough or `patience` has passed. True when
+  /// anybody got any.
+  bool Distribute(Fleet* fleet, Duration interval, Duration patience, TimePoint now);
 
  private:
   int64_t total_;
-  int64_t enough_;
-  int64_t burst_;
+  Amounts amounts_;
   int64_t allowed_ = 0;
   int64_t retired_ = 0;  // transitions of sessions that are gone
   int64_t turn_ = 0;     // distributions so far
