@@ -33,7 +33,7 @@ double PurePursuit::FrontClearance(const Pose& pose) const {
 
 // Free way of the footprint's circle from the centre along a unit vector of W [m].
 double PurePursuit::FreeRange(const Pose& pose, const Vector3d& direction) const {
-  const double range = params_.approach_distance * radius_ + radius_;
+  const double range = radius_ + scene_->experiment().vehicle.max_speed * params_.stop_time;
   const double hit = scene_->world().dimension == 3
                          ? scene_->space_obstacles().CastRay({pose.x, pose.y, pose.z}, direction, range)
                          : scene_->obstacles().CastRay(pose.x, pose.y, direction.x(), direction.y(), range);
@@ -45,8 +45,8 @@ VehicleCommand PurePursuit::DriveAlongAxes(const Pose& pose, const Vector3d& gap
   if (distance == 0) return {};
   const Vector3d direction = gap / distance;
   const double top = scene_->experiment().vehicle.max_speed;
-  const double approach = top * FreeRange(pose, direction) / (params_.approach_distance * radius_);
-  const double speed = std::min(params_.cruise_speed * top, std::max(params_.creep_speed * top, approach));
+  const double approach = FreeRange(pose, direction) / params_.stop_time;
+  const double speed = std::min(params_.cruise_speed * top, std::max(params_.axes_creep_speed * top, approach));
   const Vector3d v = speed * direction;
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
   VehicleCommand command{c * v.x() + s * v.y(), c * v.y() - s * v.x(), 0};

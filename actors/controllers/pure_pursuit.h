@@ -22,6 +22,8 @@ struct PurePursuitParams {
   double turn_time = 0.2;          ///< time constant of turning in place [s]
   double cruise_speed = 0.7;       ///< [V], times the cosine of the heading error
   double creep_speed = 0.08;       ///< lower bound near obstacles ahead [V]
+  double axes_creep_speed = 0.03;  ///< the same of what moves along axes [V]
+  double stop_time = 1.0;  ///< the same would reach the obstacle ahead in [s]; 0.6: 0.875 of the cube, 1.0: 0.975
   double approach_distance = 8.0;  ///< front clearance from which on V would be allowed [R]
 };
 
