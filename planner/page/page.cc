@@ -70,12 +70,8 @@ Json WorldJson(const World& world) {
     cylinders.push_back(Round(cylinder.radius));
     cylinders.push_back(Round(cylinder.height));
   }
-  return {{"dimension", world.dimension},
-          {"bounds", ToJson(raised.bounds)},
-          {"start", ToJson(raised.start)},
-          {"goal", ToJson(raised.goal)},
-          {"boxes", std::move(boxes)},
-          {"cylinders", std::move(cylinders)}};
+  return {{"dimension", world.dimension}, {"bounds", ToJson(raised.bounds)}, {"start", ToJson(raised.start)},
+          {"goal", ToJson(raised.goal)},  {"boxes", std::move(boxes)},       {"cylinders", std::move(cylinders)}};
 }
 
 // Costs are -1 where the goal cannot be reached and left out without a table.

@@ -16,9 +16,9 @@ struct PageOptions {
 };
 
 /// One HTML page that shows a world from all sides, without network: translucent walls, start and goal, the roadmap
-/// coloured by cost-to-go, the optimal path, trajectories coloured by outcome that can be played. Plane worlds get walls
-/// of a small height. `roadmap` and `table` may be null; the table is used only with its roadmap. Points of trajectories
-/// that are not finite are left out. Same input, same bytes. Throws Error for a table of another roadmap.
+/// coloured by cost-to-go, the optimal path, trajectories coloured by outcome that can be played. Plane worlds get
+/// walls of a small height. `roadmap` and `table` may be null; the table is used only with its roadmap. Points of
+/// trajectories that are not finite are left out. Same input, same bytes. Throws Error for a table of another roadmap.
 ///
 /// When its first frame is drawn the page says what is in it: the root element's `data-drawn` (JSON), or `data-error`.
 std::string MakePage(const World& world, const Roadmap* roadmap, const CostTable* table,
