@@ -19,12 +19,11 @@ using std::chrono::milliseconds;
 
 constexpr auto kHelloInterval = milliseconds(100);
 constexpr auto kWaitingStatus = milliseconds(20);
-constexpr auto kUnheardStatus = milliseconds(60);  // ASYNC, while messages are on the way: they are probed for, too
 constexpr auto kQuietStatus = milliseconds(250);
 constexpr auto kIdleStatus = milliseconds(1000);
 constexpr auto kShortWait = milliseconds(5);
-constexpr auto kLongWait = milliseconds(50);       // how late a stop may be seen
-constexpr auto kFlushInterval = milliseconds(50);  // ASYNC: no transition is older than this when it leaves
+constexpr auto kFlushInterval = milliseconds(50);       // ASYNC: no transition is older than this when it leaves
+constexpr auto kLeastFlushInterval = milliseconds(10);  // ASYNC: but for the end of credit
 constexpr int kAsyncSegmentSteps = 10;
 constexpr auto kRollTime = milliseconds(1);             // ASYNC: without looking at what came in
 constexpr auto kIdTakenPatience = milliseconds(5000);   // a dead holder is forgotten after three seconds
@@ -44,8 +43,8 @@ Actor::Actor(Bus* bus, const Experiment& experiment, const ActorIdentity& identi
       policies_(static_cast<int>(MakePolicyShape(experiment).num_parameters())),
       policy_(MakePolicyShape(experiment), std::max(64, experiment.num_vehicles)),
       rollout_(scene_),
-      stream_([this](const Bytes& message) {
-        bus_->PublishBytes(Plane::kExperience, ExperienceChannel(identity_.actor_id), message);
+      stream_([bus, channel = ExperienceChannel(identity.actor_id)](const Bytes& message) {
+        bus->PublishBytes(Plane::kExperience, channel, message);
       }),
       audit_(fmt::format("actor-{:04}-{:02}", identity.actor_id, identity.generation)) {}
 
@@ -53,7 +52,7 @@ void Actor::Subscribe() {
   bus_->Subscribe<Welcome>(Plane::kControl, kWelcomeChannel,
                            [this](const Welcome& welcome, const FrameInfo&) { OnWelcome(welcome); });
   bus_->Subscribe<Control>(Plane::kControl, kControlChannel,
-                           [this](const Control& control, const FrameInfo&) { OnControl(control); });
+                           [this](Control&& control, const FrameInfo&) { OnControl(std::move(control)); });
   bus_->Subscribe<PolicyChunk>(Plane::kControl, kPolicyChannel,
                                [this](const PolicyChunk& chunk, const FrameInfo&) { policies_.Add(chunk); });
   bus_->Subscribe<AssignedState>(Plane::kControl, kStateChannel,
@@ -86,18 +85,28 @@ Actor::End Actor::Run() {
   return End::kFinished;
 }
 
-// While the learner may have to act on it, often; else often enough not to be called silent.
+// While the learner may have to act on it, often; else often enough not to be called silent. In ASYNC
+// acknowledgements take their time, and what is lost at the end of the stream is probed for.
 Duration Actor::StatusInterval() const {
-  if (!running() || leaving_ || wanted_policy_version_ >= 0) return kWaitingStatus;
-  if (!stream_.idle()) return control_->lockstep ? kWaitingStatus : kUnheardStatus;
+  const bool starting = control_ && control_->phase == Control::Phase::kStarting;
+  if ((!running() && !starting) || leaving_ || wanted_policy_version_ >= 0) return kWaitingStatus;
+  if (!stream_.idle() && control_->lockstep) return kWaitingStatus;
   const auto silence = std::chrono::duration<double>(experiment_.lockstep.actor_timeout_s / 4);
   return std::min<Duration>(kQuietStatus, std::chrono::duration_cast<Duration>(silence));
 }
 
-// Until something is due here; what comes in ends the wait.
+void Actor::RequestLeave() {
+  leaving_ = true;
+  bus_->Wake();
+}
+
+// Until something is due here; what comes in and RequestLeave end the wait.
 Duration Actor::Wait(TimePoint now) const {
   if (!running() || leaving_) return kShortWait;
-  const TimePoint due = std::min({now + kLongWait, last_status_ + StatusInterval(), stream_.next_probe()});
+  // A status that nobody waits for goes out when something else has ended the wait, if that is soon enough.
+  const Duration status = StatusInterval();
+  const TimePoint due =
+      std::min(last_status_ + (status > kWaitingStatus ? status * 3 / 2 : status), stream_.next_probe());
   return std::max<Duration>(due - now, milliseconds(1));
 }
 
@@ -177,7 +186,7 @@ void Actor::OnNewLearner(int64_t incarnation) {
   evaluation_results_.clear();
 }
 
-void Actor::OnControl(const Control& control) {
+void Actor::OnControl(Control control) {
   if (control.incarnation < incarnation_) return;
   if (control.incarnation > incarnation_) OnNewLearner(control.incarnation);
   const TimePoint now = Clock::now();
@@ -192,10 +201,10 @@ void Actor::OnControl(const Control& control) {
   }
   // Datagrams of one sender may overtake each other; only newer state counts.
   if (control_ && control.number <= control_->number) return;
-  control_ = control;
-  control_->actors.clear();
-  if (control.evaluation_id != 0) policies_.Pin(control.evaluation_version);
-  tables_.Want(control.roadmap_hash, control.table_hash);
+  control.actors.clear();
+  control_ = std::move(control);
+  if (control_->evaluation_id != 0) policies_.Pin(control_->evaluation_version);
+  tables_.Want(control_->roadmap_hash, control_->table_hash);
 }
 
 // --- what it does ----------------------------------------------------------------------------------------------------
@@ -312,15 +321,16 @@ bool Actor::RollCredit() {
 bool Actor::RollStep() {
   const TimePoint now = Clock::now();
   const bool end_of_credit = !me_ || me_->credit <= rollout_.env_steps();
-  if (end_of_credit || now - last_flush_ > kFlushInterval ||
-      rollout_.env_steps() - flushed_steps_ >= int64_t{kAsyncSegmentSteps} * rollout_.num_vehicles()) {
+  const int64_t open_steps = rollout_.env_steps() - flushed_steps_;
+  if (open_steps == 0) open_since_ = now;
+  const bool long_enough = open_steps >= int64_t{kAsyncSegmentSteps} * rollout_.num_vehicles();
+  if (end_of_credit || open_steps == 0 || now - open_since_ > (long_enough ? kLeastFlushInterval : kFlushInterval)) {
     SendExperience();
-    last_flush_ = now;
-    flushed_steps_ = rollout_.env_steps();
-    const bool newest = UsePolicy(control_->policy_version);
+    if (end_of_credit || rollout_.num_vehicles() == 0) return false;
+    open_since_ = now;
+    const bool newest = UsePolicy(std::max(control_->policy_version, policies_.newest()));
     if (!newest && (policy_in_use_ < 0 || policy_incarnation_ != incarnation_)) return false;
   }
-  if (end_of_credit || rollout_.num_vehicles() == 0) return false;
   const auto n = static_cast<size_t>(rollout_.num_vehicles());
   const auto count =
       static_cast<size_t>(std::min<int64_t>(static_cast<int64_t>(n), me_->credit - rollout_.env_steps()));
@@ -372,6 +382,7 @@ std::vector<EpisodeResult> Actor::RunEvaluation(std::vector<int> starts) {
 
 void Actor::SendExperience(bool with_states) {
   std::vector<Segment> segments = rollout_.TakeSegments();
+  flushed_steps_ = rollout_.env_steps();
   const std::vector<SavedVehicle> states = with_states ? SaveVehicles() : std::vector<SavedVehicle>();
   std::vector<EpisodeResult> episodes = rollout_.TakeEpisodes();
   episodes.insert(episodes.end(), evaluation_results_.begin(), evaluation_results_.end());

@@ -42,13 +42,13 @@ class Actor {
   End Run();
 
   /// Leaves the running job, from any thread: others get the vehicles, nothing that was made is lost.
-  void RequestLeave() { leaving_ = true; }
+  void RequestLeave();
 
  private:
   // What comes in.
   void Subscribe();
   void OnWelcome(const Welcome& welcome);
-  void OnControl(const Control& control);
+  void OnControl(Control control);
   void OnState(const AssignedState& state);
   void OnNewLearner(int64_t incarnation);
   void GoOn(const Welcome& welcome);
@@ -118,7 +118,7 @@ class Actor {
   TimePoint leave_deadline_ = TimePoint::max();
   Duration waited_{};  // with nothing to do, since it joined
   TimePoint last_status_{};
-  TimePoint last_flush_{};
+  TimePoint open_since_{};  // ASYNC: when the oldest step was made that has not left
   int64_t flushed_steps_ = 0;
   TimePoint last_telemetry_{};
   int64_t telemetry_env_steps_ = 0;

@@ -136,6 +136,7 @@ StepEvent Environment::State::FindEvent() {
     meter.SetContact();
     return StepEvent::kObstacle;
   }
+  if (vehicle->fallen()) return StepEvent::kObstacle;
   const World& world = scene.world();
   if (!world.Contains(world.goal, position())) return StepEvent::kNone;
   meter.MeasureClearance(n.motion, center_distance);
@@ -147,7 +148,7 @@ float Environment::State::ShortestLength(float distance) const {
   if (std::isfinite(distance)) return distance;
   const Vector3d p = position();
   const RoadmapLookup& lookup = scene.lookup();
-  const int entry = lookup.EntryVertex(p, scene.field(), 0);
+  const int entry = lookup.EntryVertex(p, scene.known_field(), 0);
   if (entry < 0) return distance;
   return static_cast<float>((lookup.position(entry) - p).norm() + lookup.table().cost[entry]);
 }

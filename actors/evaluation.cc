@@ -15,7 +15,7 @@ EvaluationBatch::EvaluationBatch(const std::shared_ptr<const Scene>& scene, Star
       trajectories_(starts_.size()) {
   const size_t slots = std::min(starts_.size(), static_cast<size_t>(std::max(1, options_.max_batch)));
   for (size_t i = 0; i < slots; ++i) {
-    active_.push_back({std::make_unique<Environment>(scene), 0});
+    active_.push_back({std::make_unique<Environment>(Scene::ForEvaluation(scene)), 0});
     Begin(active_.back());
   }
 }

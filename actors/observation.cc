@@ -91,7 +91,7 @@ float* ObservationBuilder::DMin(float d_min, float* out) const {
 float* ObservationBuilder::LookAhead(const Motion& motion, float* out) const {
   const Vector3d p(motion.x, motion.y, motion.z);
   const RoadmapLookup& lookup = scene_.lookup();
-  const int entry = lookup.EntryVertex(p, scene_.field(), config_.look_ahead_clearance);
+  const int entry = lookup.EntryVertex(p, scene_.known_field(), config_.look_ahead_clearance);
   const double c = std::cos(motion.yaw), s = std::sin(motion.yaw);
   for (const double length : {config_.look_ahead_near, config_.look_ahead_far}) {
     const Vector3d gap = entry < 0 ? Vector3d::Zero() : Vector3d(lookup.PointAlong(p, entry, length) - p);

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "common/core/check.h"
+#include "common/world/world_variants.h"
 
 namespace cairn::actors {
 namespace {
@@ -23,13 +24,6 @@ int ControlPhysicsSteps(const EnvironmentConfig& config) {
 Footprint MakeFootprint(const VehicleConfig& vehicle) {
   if (vehicle.radius > 0) return {0, 0, vehicle.radius};
   return {0.5 * vehicle.length, 0.5 * vehicle.width, 0};
-}
-
-void CheckDimension(const VehicleConfig& vehicle, const World& world) {
-  if (vehicle.dimension() == world.dimension) return;
-  ThrowUsageError("vehicle.kind: {}, but the world is {}",
-                  vehicle.dimension() == 3 ? "a QUADROTOR flies" : "it drives in the plane (only a QUADROTOR flies)",
-                  world.dimension == 3 ? "in space" : "plane");
 }
 
 RandomPurpose StartPurpose(StartSet set) {
@@ -51,15 +45,28 @@ RandomPurpose StartPurpose(StartSet set) {
 Scene::Scene(Experiment experiment)
     : experiment_(std::move(experiment)),
       control_physics_steps_(ControlPhysicsSteps(experiment_.environment)),
-      world_(MakeWorld(experiment_.world)),
-      field_(world_, experiment_.world.field_resolution),
-      footprint_(MakeFootprint(experiment_.vehicle)),
-      reachability_(world_, field_, experiment_.planner.radius) {
-  CheckDimension(experiment_.vehicle, world_);
+      footprint_(MakeFootprint(experiment_.vehicle)) {
+  const WorldVariants variants = MakeWorldVariants(experiment_.world, experiment_.planner.radius);
+  CheckDimension(experiment_.vehicle, variants.known);
   const double reach = 1.01 * footprint_.circumscribed_radius();
-  if (world_.dimension == 2) obstacles_.emplace(world_, reach);
-  if (world_.dimension == 3) space_obstacles_.emplace(world_, reach);
-  reachability_.CheckStart();
+  const auto make = [&](const World& world) { return std::make_shared<const Site>(world, experiment_, reach); };
+  site_ = make(variants.training);
+  known_site_ = variants.same ? site_ : make(variants.known);
+  evaluation_site_ = variants.same ? site_ : make(variants.evaluation);
+}
+
+Scene::Site::Site(const World& w, const Experiment& experiment, double reach)
+    : world(w), field(world, experiment.world.field_resolution), reachability(world, field, experiment.planner.radius) {
+  if (world.dimension == 2) obstacles.emplace(world, reach);
+  if (world.dimension == 3) space_obstacles.emplace(world, reach);
+  reachability.CheckStart();
+}
+
+std::shared_ptr<const Scene> Scene::ForEvaluation(const std::shared_ptr<const Scene>& scene) {
+  if (scene->site_ == scene->evaluation_site_) return scene;
+  const std::shared_ptr<Scene> evaluation(new Scene(*scene));
+  evaluation->site_ = scene->evaluation_site_;
+  return evaluation;
 }
 
 void Scene::SetTable(std::shared_ptr<const RoadmapLookup> lookup) {
@@ -73,13 +80,13 @@ Pose Scene::TrainingStart(int vehicle, int episode) const {
   RandomStream random(experiment_.seed, RandomPurpose::kStart, static_cast<uint32_t>(vehicle),
                       static_cast<uint32_t>(episode));
   const bool anywhere = experiment_.environment.start == EnvironmentConfig::Start::kUniform;
-  return DrawStart(random, anywhere ? world_.start_space : world_.start);
+  return DrawStart(random, anywhere ? world().start_space : world().start);
 }
 
 Pose Scene::EvaluationStart(StartSet set, int index) const {
   CAIRN_CHECK(set != StartSet::kTraining);
   RandomStream random(experiment_.world.seed, StartPurpose(set), static_cast<uint32_t>(index));
-  return DrawStart(random, world_.start_space);
+  return DrawStart(random, world().start_space);
 }
 
 Pose Scene::DrawStart(RandomStream& random, const Box& region) const {
@@ -87,9 +94,10 @@ Pose Scene::DrawStart(RandomStream& random, const Box& region) const {
   for (int draw = 0; draw < kMaxDraws; ++draw) {
     const double x = random.Uniform(region.min.x(), region.max.x());
     const double y = random.Uniform(region.min.y(), region.max.y());
-    const double z = world_.dimension == 3 ? random.Uniform(region.min.z(), region.max.z()) : 0;
+    const double z = world().dimension == 3 ? random.Uniform(region.min.z(), region.max.z()) : 0;
     const Vector3d p(x, y, z);
-    if (world_.Contains(world_.goal, p) || field_.Distance(p) < clearance || !reachability_.Reaches(p)) continue;
+    if (world().Contains(world().goal, p) || field().Distance(p) < clearance || !site_->reachability.Reaches(p))
+      continue;
     return {x, y, experiment_.vehicle.turns() ? random.Uniform(-std::numbers::pi, std::numbers::pi) : 0, z};
   }
   ThrowUsageError(

@@ -23,8 +23,11 @@ class Scene {
   /// Builds world, field and obstacles from the experiment; throws UsageError as MakeWorld and Reachability do, and for
   /// a vehicle that drives in a world in space or flies in a plane one.
   explicit Scene(Experiment experiment);
-  Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
+
+  /// The scene of evaluation episodes: with the obstacles of the world's evaluation variant (closed doors, unseen
+  /// obstacles; common/world/world_variants.h), else the same, the table as it is now included. Cheap.
+  static std::shared_ptr<const Scene> ForEvaluation(const std::shared_ptr<const Scene>& scene);
 
   /// The cost table that rewards and look-ahead read from now on. The scale of D_min in the observation is fixed by
   /// the first table.
@@ -36,18 +39,21 @@ class Scene {
   Pose TrainingStart(int vehicle, int episode) const;
 
   /// Start `index` of a fixed evaluation set: uniform over free space whatever environment.start says; of all seeds it
-  /// depends on world.seed alone. The sets are disjoint.
+  /// depends on world.seed alone. The sets are disjoint. Only of a scene ForEvaluation do they avoid what stands there.
   Pose EvaluationStart(StartSet set, int index) const;
 
   const Experiment& experiment() const { return experiment_; }
   /// Physics steps in one control step: control_period · physics_rate_hz, rounded, at least 1.
   int control_physics_steps() const { return control_physics_steps_; }
-  const World& world() const { return world_; }
-  const DistanceField& field() const { return field_; }
+  /// World, field and obstacles as the episodes of this scene meet them.
+  const World& world() const { return site_->world; }
+  const DistanceField& field() const { return site_->field; }
   /// Of a plane world.
-  const ObstacleGrid& obstacles() const { return *obstacles_; }
+  const ObstacleGrid& obstacles() const { return *site_->obstacles; }
   /// Of a world in space.
-  const SpaceObstacles& space_obstacles() const { return *space_obstacles_; }
+  const SpaceObstacles& space_obstacles() const { return *site_->space_obstacles; }
+  /// The field of what the planner was told: what lines of sight to the roadmap are judged by.
+  const DistanceField& known_field() const { return known_site_->field; }
   const Footprint& footprint() const { return footprint_; }
   bool has_table() const { return lookup_ != nullptr; }
   const RoadmapLookup& lookup() const { return *lookup_; }
@@ -55,16 +61,23 @@ class Scene {
   double d_min_scale() const { return d_min_scale_; }
 
  private:
+  // One variant of the world, with what answers questions about it.
+  struct Site {
+    Site(const World& w, const Experiment& experiment, double reach);
+    World world;
+    DistanceField field;
+    std::optional<ObstacleGrid> obstacles;
+    std::optional<SpaceObstacles> space_obstacles;
+    Reachability reachability;
+  };
+
+  Scene(const Scene&) = default;
   Pose DrawStart(RandomStream& random, const Box& region) const;
 
   Experiment experiment_;
   int control_physics_steps_;
-  World world_;
-  DistanceField field_;
   Footprint footprint_;
-  std::optional<ObstacleGrid> obstacles_;
-  std::optional<SpaceObstacles> space_obstacles_;
-  Reachability reachability_;
+  std::shared_ptr<const Site> site_, known_site_, evaluation_site_;
   std::shared_ptr<const RoadmapLookup> lookup_;
   double d_min_scale_ = 0;
 };

@@ -16,6 +16,8 @@ packages=(
   libode-dev libompl-dev libfcl-dev libboost-serialization-dev libboost-filesystem-dev libboost-system-dev
   # Mathematics and files.
   libeigen3-dev libxsmm-dev libprotobuf-dev protobuf-compiler nlohmann-json3-dev libxxhash-dev
+  # Maps: map_server's yaml and png, Gazebo's worlds.
+  libyaml-cpp-dev libpng-dev libpugixml-dev
   # Command line and log.
   libcli11-dev libfmt-dev libspdlog-dev
   # Pages of worlds in space.
@@ -28,6 +30,8 @@ packages=(
 )
 test_packages=(
   libgtest-dev libgmock-dev libbenchmark-dev clang-14 libclang-rt-14-dev clang-format-14 clang-tidy-14 python3 procps
+  # Writes the trees that our reader of OctoMap files is held against.
+  liboctomap-dev
   # The firewall rules of SECURITY.md.
   nftables
   # Interactive pages are drawn in it.

@@ -15,9 +15,12 @@ using std::chrono::milliseconds;
 
 constexpr auto kMinControlGap = milliseconds(5);  // 200 Hz at most
 constexpr auto kReannounce = milliseconds(20);    // until acted on
-constexpr int kCreditSteps = 10;                  // of each vehicle: a whole segment
+constexpr int kCreditSteps = 40;                  // of each vehicle
+constexpr int64_t kCreditBurst = 64;
+constexpr auto kCreditPatience = milliseconds(50);
 constexpr auto kPublishInterval = milliseconds(20);
-constexpr auto kPublishIntervalPerActor = std::chrono::microseconds(1600);
+constexpr auto kIntervalPerActor = std::chrono::microseconds(1600);  // ASYNC: of what wakes up all of them
+constexpr auto kLongestInterval = milliseconds(500);  // of frames: an actor that misses itself in them starts over
 constexpr auto kIdleAnnounce = milliseconds(1000);
 constexpr auto kWelcomeResendGap = milliseconds(50);
 constexpr auto kSearchAnnounce = milliseconds(50);  // while nobody has joined
@@ -28,7 +31,7 @@ constexpr int kControlGapBytes = 20;
 constexpr size_t kMaxGaps = 64;  // in one control frame
 
 int64_t EnoughCredit(const Experiment& e) {
-  return std::min<int64_t>(int64_t{kCreditSteps} * e.num_vehicles, e.async.error_buffer / 3);
+  return std::min<int64_t>(int64_t{kCreditSteps} * e.num_vehicles, e.async.error_buffer / 2);
 }
 
 int64_t NumBytes(const Experience& experience) {
@@ -58,7 +61,7 @@ Coordinator::Coordinator(Bus* bus, const Experiment& experiment, uint64_t experi
       policies_(bus, incarnation),
       rounds_(experiment.num_vehicles),
       evaluations_(incarnation),
-      credit_(experiment.total_env_steps, EnoughCredit(experiment)) {
+      credit_(experiment.total_env_steps, EnoughCredit(experiment), kCreditBurst) {
   control_.lockstep = experiment.schedule == Schedule::kLockstep;
   fleet_.set_incarnation(control_.incarnation);
 }
@@ -217,7 +220,9 @@ void Coordinator::OnStatus(const ActorStatus& status) {
   dirty_ = dirty_ || !actor->stream.Gaps(1).empty();
   if (status.leaving) SendWelcomes(fleet_.Leave(actor->actor_id));
   SendWelcomes(fleet_.Settle());
-  if (status.assignment < actor->assignment && now - actor->welcomed > kWelcomeResendGap) SendWelcome(actor, now);
+  // Before the run has started nobody can act on an assignment.
+  const bool behind = control_.phase == Control::Phase::kRunning && status.assignment < actor->assignment;
+  if (behind && now - actor->welcomed > kWelcomeResendGap) SendWelcome(actor, now);
   policies_.Resend(status.wanted_policy_version, now);
   if (fleet_.Gone(*actor)) {
     log::Info("actor {} left after {} transitions", actor->actor_id, actor->accepted);
@@ -247,7 +252,7 @@ void Coordinator::OnExperience(Experience&& experience) {
     news_ = true;
   }
   // In ASYNC an acknowledgement can wait for the next frame, which comes soon, while nothing waits for it.
-  dirty_ = dirty_ || control_.lockstep || 4 * actor->unannounced_bytes > Window() || !actor->stream.Gaps(1).empty();
+  dirty_ = dirty_ || control_.lockstep || 2 * actor->unannounced_bytes > Window() || !actor->stream.Gaps(1).empty();
 }
 
 void Coordinator::Accept(ActorRecord* actor, Experience experience) {
@@ -298,7 +303,8 @@ void Coordinator::AcceptSegments(ActorRecord* actor, std::vector<Segment> segmen
     actor->accepted += segment.num_steps();
     counters_.transitions_accepted += segment.num_steps();
     if (segment.policy_incarnation == control_.incarnation) {
-      counters_.policy_lag_sum += static_cast<double>(control_.policy_version - segment.policy_version);
+      counters_.policy_lag_sum +=
+          static_cast<double>(std::max<int64_t>(0, control_.policy_version - segment.policy_version));
       ++counters_.policy_lag_count;
     } else {
       counters_.recovered += segment.num_steps();
@@ -346,11 +352,7 @@ void Coordinator::PublishPolicy(int64_t version, std::span<const float> paramete
   const std::lock_guard lock(mutex_);
   control_.policy_version = version;
   KeepPolicy(version, parameters);
-  dirty_ = true;
-  if (control_.lockstep || control_.phase != Control::Phase::kRunning) return;
-  // Policy, credit and acknowledgements together: each actor wakes once for all of them.
-  credit_.Distribute(&fleet_, 0.5, Clock::now());
-  SendControl(Clock::now());
+  dirty_ = dirty_ || control_.lockstep;  // in ASYNC actors use what is complete; whoever missed it hears of it soon
 }
 
 void Coordinator::KeepPolicy(int64_t version, std::span<const float> parameters) {
@@ -372,7 +374,7 @@ int64_t Coordinator::GrantRound(int steps, int extra, bool warm_up, bool save) {
 
 Duration Coordinator::publish_interval() const {
   const std::lock_guard lock(mutex_);
-  return std::max<Duration>(kPublishInterval, fleet_.num_joined() * kPublishIntervalPerActor);
+  return Interval(kPublishInterval, Duration::max());
 }
 
 bool Coordinator::rounds_level() const {
@@ -393,7 +395,7 @@ void Coordinator::SetAllowed(int64_t allowed, bool warm_up) {
   const std::lock_guard lock(mutex_);
   control_.warm_up = warm_up;
   credit_.Allow(allowed);
-  dirty_ = credit_.Distribute(&fleet_, 1.0, Clock::now()) || dirty_;
+  dirty_ = credit_.Distribute(&fleet_, Interval(kCreditPatience, kLongestInterval), Clock::now()) || dirty_;
 }
 
 Harvest Coordinator::Take(Duration timeout) {
@@ -453,6 +455,11 @@ void Coordinator::GiveUpSilentActors(TimePoint now) {
   }
 }
 
+// ASYNC: the longer the more actors there are, so that together they wake up equally often.
+Duration Coordinator::Interval(Duration least, Duration most) const {
+  return std::clamp<Duration>(fleet_.num_joined() * kIntervalPerActor, least, most);
+}
+
 bool Coordinator::WaitingForActors() const {
   if (control_.phase != Control::Phase::kRunning) return false;
   return !evaluations_.empty() || !control_.lockstep || rounds_.missing() > 0;
@@ -461,7 +468,8 @@ bool Coordinator::WaitingForActors() const {
 void Coordinator::AnnounceIfDue(TimePoint now) {
   const Duration since = now - last_control_;
   if (fleet_.num_joined() == 0 && since >= kSearchAnnounce) return SendControl(now);
-  if ((dirty_ && since >= kMinControlGap) || (WaitingForActors() && since >= kReannounce) || since >= kIdleAnnounce) {
+  const Duration again = control_.lockstep ? kReannounce : Interval(kReannounce, kLongestInterval);
+  if ((dirty_ && since >= kMinControlGap) || (WaitingForActors() && since >= again) || since >= kIdleAnnounce) {
     SendControl(now);
   }
 }

@@ -121,6 +121,7 @@ class Coordinator final : public Evaluator {
   void KeepPolicy(int64_t version, std::span<const float> parameters);
   void SendControl(TimePoint now);
   void AnnounceIfDue(TimePoint now);
+  Duration Interval(Duration least, Duration most) const;
   bool WaitingForActors() const;
 
   Bus* bus_;

@@ -30,6 +30,7 @@ struct ActorRecord {
   int64_t durable = 0;            ///< stream position that a checkpoint holds
   int64_t accepted = 0;           ///< transitions accepted from this session
   int64_t credit = 0;             ///< ASYNC: transitions it may have made in all
+  int64_t credit_turn = 0;        ///< ASYNC: in which distribution it last got some
 
   /// It has acted on its newest assignment, and what it had made before has come in.
   bool settled() const { return status.assignment >= assignment && stream.received() >= status.last_sequence; }

@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "common/core/check.h"
+#include "common/world/import/cell_grid.h"
 #include "planner/color_map.h"
 #include "planner/outcome_style.h"
 #include "planner/path.h"
@@ -19,6 +20,7 @@ namespace {
 
 constexpr int kColors = 48;  // steps of the colour scale: edges of a step share one SVG path
 constexpr double kLeft = 62, kTop = 66, kBottom = 84, kRight = 96;  // margins [px]
+constexpr double kMaxAspect = 4;  // of a map's height to its width before it is drawn narrower
 constexpr const char* kInk = "#24292f";
 constexpr const char* kPathColor = "#e0115f";
 
@@ -52,11 +54,14 @@ double NiceStep(double span, double count) {
   return 10 * power;
 }
 
-std::vector<double> Ticks(double low, double high, double count) {
-  const double step = NiceStep(high - low, count);
+std::vector<double> Multiples(double low, double high, double step) {
   std::vector<double> ticks;
   for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k) ticks.push_back(k * step + 0.0);
   return ticks;
+}
+
+std::vector<double> Ticks(double low, double high, double count) {
+  return Multiples(low, high, NiceStep(high - low, count));
 }
 
 // Draws one picture; every Draw… appends one layer.
@@ -178,9 +183,26 @@ class Painter {
     if (scale_high_ - scale_low_ < 1e-6) scale_high_ = scale_low_ + 1e-6;
   }
 
-  void DrawGrid() {
+  // Ten lines to a labelled one, to read coordinates from.
+  void DrawFineGrid() {
     const Vector3d low = world_.bounds.min, high = world_.bounds.max;
-    const double count = std::max(4.0, options_.width / 95);
+    const double step = 0.1 * NiceStep(high.x() - low.x(), LabelCount());
+    std::string lines;
+    for (const double x : Multiples(low.x(), high.x(), step)) {
+      lines += fmt::format("M{:.1f} {:.1f}v{:.1f}", X(x), kTop, height_);
+    }
+    for (const double y : Multiples(low.y(), high.y(), step)) {
+      lines += fmt::format("M{:.1f} {:.1f}h{:.1f}", kLeft, Y(y), options_.width);
+    }
+    Add("<path d=\"{}\" stroke=\"{}\" stroke-opacity=\"0.12\" stroke-width=\"0.5\" fill=\"none\"/>\n", lines, kInk);
+  }
+
+  double LabelCount() const { return std::max(4.0, options_.width / (world_.imported ? 60 : 95)); }
+
+  void DrawGrid() {
+    if (world_.imported) DrawFineGrid();
+    const Vector3d low = world_.bounds.min, high = world_.bounds.max;
+    const double count = LabelCount();
     const double rows = count * height_ / options_.width;
     std::string lines;
     Add("<g font-size=\"13\" text-anchor=\"middle\">\n");
@@ -210,17 +232,50 @@ class Painter {
   }
 
   void DrawRegions() {
-    DrawRegion(world_.start, "start", "#1a7f37");
+    if (!options_.regions) return;
+    const bool everywhere = world_.start.min == world_.bounds.min && world_.start.max == world_.bounds.max;
+    if (!everywhere) DrawRegion(world_.start, "start", "#1a7f37");
     DrawRegion(world_.goal, "goal", "#c2540a");
   }
 
   void DrawWalls() {
     Add("<g fill=\"{}\" clip-path=\"url(#map)\">\n", kInk);
-    for (const Box& box : world_.boxes) AddBox(box, "");
+    if (world_.imported) {
+      AddBoxesAsOnePath();
+    } else {
+      for (const Box& box : world_.boxes) AddBox(box, "");
+    }
     for (const Cylinder& c : world_.cylinders) {
       Add("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{:.2f}\"/>\n", X(c.base.x()), Y(c.base.y()), c.radius * scale_);
     }
     Add("</g>\n");
+  }
+
+  // A map's cells, which may be a million boxes, as runs of half pixels: what is finer nobody sees, and it bounds the
+  // file. A half pixel that a box touches is dark.
+  void AddBoxesAsOnePath() {
+    const double step = 0.5;  // [px]
+    CellGrid grid;
+    grid.cell = step;
+    grid.size = {static_cast<int>(std::ceil(options_.width / step)), static_cast<int>(std::ceil(height_ / step)), 1};
+    grid.cells.assign(static_cast<size_t>(grid.size.x()) * grid.size.y(), Cell::kFree);
+    const auto index = [&](double pixels, int count) { return std::clamp(static_cast<int>(pixels / step), 0, count); };
+    for (const Box& box : world_.boxes) {
+      const double left = X(box.min.x()) - kLeft, right = X(box.max.x()) - kLeft;
+      const double top = Y(box.max.y()) - kTop, bottom = Y(box.min.y()) - kTop;
+      const int x0 = index(left + 1e-6, grid.size.x()), x1 = index(right + step - 1e-6, grid.size.x());
+      const int y0 = index(top + 1e-6, grid.size.y()), y1 = index(bottom + step - 1e-6, grid.size.y());
+      for (int y = y0; y < y1; ++y) {
+        const auto row = grid.cells.begin() + static_cast<std::ptrdiff_t>(grid.Index(0, y));
+        std::fill(row + x0, row + std::max(x0, x1), Cell::kOccupied);
+      }
+    }
+    Add("<path d=\"");
+    for (const Box& box : MergeBoxes(std::move(grid))) {
+      Add("M{:.6g} {:.6g}h{:.6g}v{:.6g}h-{:.6g}z", kLeft + box.min.x(), kTop + box.min.y(), box.size().x(),
+          box.size().y(), box.size().x());
+    }
+    Add("\"/>\n");
   }
 
   int ColorStep(double cost) const { return std::clamp(static_cast<int>(cost / max_cost_ * kColors), 0, kColors - 1); }
@@ -372,7 +427,10 @@ std::string DrawScene(const World& world, const Roadmap* roadmap, const CostTabl
   if (roadmap && table && static_cast<int>(table->cost.size()) != roadmap->num_vertices()) {
     ThrowError("picture: cost table of {} vertices, roadmap of {}", table->cost.size(), roadmap->num_vertices());
   }
-  return Painter(world, roadmap, table, options).Paint(trajectories);
+  PictureOptions fitted = options;  // a corridor is drawn narrower, not a kilometre high
+  const double aspect = world.bounds.size().y() / world.bounds.size().x();
+  fitted.width = options.width * std::min(1.0, kMaxAspect / aspect);
+  return Painter(world, roadmap, table, fitted).Paint(trajectories);
 }
 
 }  // namespace cairn::planner

@@ -21,6 +21,7 @@ struct PictureOptions {
   std::string subtitle;              ///< small, below the title
   double width = 760;                ///< of the map without margins [px]
   double r_ball = 0;                 ///< > 0: tints free space by D(s) with this radius [m]
+  bool regions = true;               ///< draws start and goal
   bool optimal_path = true;          ///< draws OptimalPath when there is a roadmap with a table
   const ValueMap* values = nullptr;  ///< coloured cells below the walls with a colour bar of their own; without a table
 };

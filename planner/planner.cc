@@ -18,6 +18,7 @@
 #include "planner/collision/free_space.h"
 #include "planner/collision/ompl_space.h"
 #include "planner/collision/swept_sphere_checker.h"
+#include "planner/through_walls.h"
 
 namespace cairn::planner {
 namespace {
@@ -52,7 +53,7 @@ void CheckConfig(const World& world, const PlannerConfig& config, double inscrib
   if (!(config.eta > 0)) ThrowUsageError("planner.eta = {} m: must be > 0", config.eta);
   if (!(config.radius > 0)) ThrowUsageError("planner.radius = {} m: must be > 0", config.radius);
   const double limit = ThinnestWall(world) + config.radius + inscribed_radius;
-  if (!(config.r_ball() < limit)) {
+  if (!world.imported && !(config.r_ball() < limit)) {  // of imported maps see CheckCostsBehindWalls
     ThrowUsageError(
         "planner.eta = {} m: r_ball = eta / 2 must be less than thinnest wall + planner.radius + inscribed radius = "
         "{:.6g} m, or costs are read through walls; the largest eta that passes is {:.6g} m",
@@ -165,6 +166,10 @@ BuiltRoadmap BuildRoadmap(const World& world, const DistanceField& field, const 
   built.info.samples = static_cast<int>(rrg.num_samples());
   built.info.coverage = share;
   built.info.components = CountComponents(built.roadmap);
+  if (world.imported) {
+    CheckCostsBehindWalls(world, field, built.roadmap, ComputeCostTable(built.roadmap, world, world.goal), config,
+                          inscribed_radius);
+  }
   built.info.build_s = SecondsSince(start);
   return built;
 }

@@ -2,14 +2,14 @@
 
 #include "common/core/log.h"
 #include "common/process/process.h"
-#include "common/world/reachability.h"
+#include "common/world/world_variants.h"
 #include "planner/planner.h"
 #include "planner/roadmap_service.h"
 
 int main(int argc, char** argv) {
   return cairn::RunProcess(cairn::ProcessKind::kPlanner, argc, argv, [](cairn::Process& process) {
     const cairn::Experiment& experiment = process.experiment();
-    const cairn::World world = cairn::MakeWorld(experiment.world);
+    const cairn::World world = cairn::MakeWorldVariants(experiment.world, experiment.planner.radius).known;
     const cairn::DistanceField field(world, experiment.world.field_resolution);
     const cairn::planner::BuiltRoadmap built =
         cairn::planner::BuildRoadmap(world, field, experiment.planner, experiment.vehicle.inscribed_radius());

@@ -83,7 +83,7 @@ VehicleCommand PurePursuit::DriveCar(const Pose& pose, const Vector3d& gap) cons
 
 VehicleCommand PurePursuit::Drive(const Pose& pose) const {
   const Vector3d p(pose.x, pose.y, pose.z);
-  const int entry = scene_->lookup().EntryVertex(p, scene_->field(), params_.clearance * radius_);
+  const int entry = scene_->lookup().EntryVertex(p, scene_->known_field(), params_.clearance * radius_);
   if (entry < 0) return {};
   const Vector3d gap = scene_->lookup().PointAlong(p, entry, params_.look_ahead * radius_) - p;
   return scene_->experiment().vehicle.holonomic() ? DriveAlongAxes(pose, gap) : DriveCar(pose, gap);

@@ -2,6 +2,7 @@
 
 #include "actors/vehicles/plane_base/plane_base.h"
 #include "actors/vehicles/quadrotor/quadrotor.h"
+#include "actors/vehicles/quadruped/quadruped.h"
 #include "actors/vehicles/wheeled_car/wheeled_car.h"
 #include "common/core/check.h"
 
@@ -20,7 +21,7 @@ std::unique_ptr<Vehicle> MakeVehicle(const VehicleConfig& vehicle, const Environ
     case VehicleConfig::Kind::kQuadrotor:
       return std::make_unique<Quadrotor>(QuadrotorParams::ScaledTo(vehicle), time_step, spread);
     case VehicleConfig::Kind::kQuadruped:
-      break;
+      return std::make_unique<Quadruped>(QuadrupedParams::ScaledTo(vehicle), time_step, spread);
   }
   ThrowUsageError("vehicle.kind = {}: no such vehicle", static_cast<int>(vehicle.kind));
 }

@@ -25,6 +25,9 @@ class Vehicle {
 
   virtual Motion motion() const = 0;
 
+  /// Whether it lies where it should stand: the environment ends the episode as a collision.
+  virtual bool fallen() const { return false; }
+
   /// Exact physics state (bit for bit, positions, rotations, velocities, motor state).
   virtual std::string Save() const = 0;
   virtual void Load(const std::string& blob) = 0;

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -67,10 +68,10 @@ struct Bus::Link {
 
   Link(Bus* b, Plane p) : bus(b), plane(p), lcm(PlaneUrl(b->config_, p)) {}
 
-  // Handles one datagram, if one is there: all handlers whose channel fits.
-  bool HandleOne() {
+  // Handles one datagram, if one is there: all handlers whose channel fits. `certain` saves a look whether one is.
+  bool HandleOne(bool certain) {
     current.reset();
-    return lcm.handleTimeout(0) > 0;
+    return certain ? lcm.handle() == 0 : lcm.handleTimeout(0) > 0;
   }
 
   // Opens a frame once however many handlers get it: the second would look like a replay.
@@ -104,9 +105,14 @@ struct Bus::Link {
 Bus::Bus(BusConfig config)
     : config_(std::move(config)),
       seal_(config_.run_id, config_.key, config_.session),
-      receive_buffer_bytes_(EffectiveReceiveBuffer()) {}
+      receive_buffer_bytes_(EffectiveReceiveBuffer()),
+      wake_fd_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+  CAIRN_CHECK(wake_fd_ >= 0);
+}
 
-Bus::~Bus() = default;
+Bus::~Bus() { close(wake_fd_); }
+
+void Bus::Wake() { eventfd_write(wake_fd_, 1); }
 
 Bus::Link& Bus::link(Plane plane) {
   const std::lock_guard lock(links_mutex_);
@@ -181,7 +187,7 @@ void Bus::CheckPlanes() {
 }
 
 int Bus::Poll(Duration timeout) {
-  std::array<pollfd, kNumPlanes> fds{};
+  std::array<pollfd, kNumPlanes + 1> fds{};
   std::array<Link*, kNumPlanes> polled{};
   nfds_t count = 0;
   for (auto& l : links_) {
@@ -191,12 +197,17 @@ int Bus::Poll(Duration timeout) {
   }
   const auto us = std::chrono::duration_cast<std::chrono::microseconds>(timeout).count();
   const timespec wait{us / 1000000, (us % 1000000) * 1000};
-  if (ppoll(fds.data(), count, us < 0 ? nullptr : &wait, nullptr) <= 0) return 0;
+  fds[count] = {wake_fd_, POLLIN, 0};
+  if (ppoll(fds.data(), count + 1, us < 0 ? nullptr : &wait, nullptr) <= 0) return 0;
+  if ((fds[count].revents & POLLIN) != 0) {
+    eventfd_t ignored = 0;
+    eventfd_read(wake_fd_, &ignored);
+  }
   int handled = 0;
   for (nfds_t i = 0; i < count; ++i) {
     if ((fds[i].revents & POLLIN) == 0) continue;
     // Bounded, so that a flood on one plane cannot starve the caller.
-    for (int n = 0; n < 1024 && polled[i]->HandleOne(); ++n) ++handled;
+    for (int n = 0; n < 1024 && polled[i]->HandleOne(n == 0); ++n) ++handled;
   }
   return handled;
 }

@@ -78,6 +78,9 @@ class Bus {
   /// Handles what has arrived, waiting up to `timeout` for the first message. Returns the number of messages handled.
   int Poll(Duration timeout);
 
+  /// Ends the wait of the Poll that is under way, or of the next. From any thread.
+  void Wake();
+
   /// Publishes encoded bytes; a frame trailer is added.
   void PublishBytes(Plane plane, const std::string& channel, Bytes message);
   void SubscribeBytes(Plane plane, const std::string& channel, std::function<void(ByteSpan, const FrameInfo&)> handler);
@@ -103,6 +106,7 @@ class Bus {
   std::array<std::atomic<int64_t>, kNumFrameFaults> refused_{};
   std::mutex links_mutex_;  // guards opening a plane; an open one stays
   std::array<std::unique_ptr<Link>, kNumPlanes> links_;
+  const int wake_fd_;
 };
 
 // Channel names: ≤ 20 characters are readable in lcm-spy; ids have fixed width; no counters in names.

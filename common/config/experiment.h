@@ -3,10 +3,14 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace cairn {
+
+struct ImportedMap;  // common/world/import/import_map.h
 
 // Plain mirror of experiment.proto, which holds defaults, units, ranges and reasons. All derived values are filled in
 // by the loader (common/config/load.h) except those that need the roadmap, which are 0 until then.
@@ -21,6 +25,27 @@ struct BoxConfig {
   bool operator==(const BoxConfig&) const = default;
 };
 
+/// Upright cylinder [m]; in a plane world a disc.
+struct CylinderConfig {
+  std::array<double, 3> base{};
+  double radius = 0;
+  double height = 1;
+
+  bool operator==(const CylinderConfig&) const = default;
+};
+
+/// Where a map is and how it is read; unset: as the format has it.
+struct MapConfig {
+  std::string file;  ///< as read: relative to the working directory
+  std::string hash;
+  bool unknown_is_free = false;
+  std::optional<double> resolution;
+  std::optional<double> slice_min;
+  std::optional<double> slice_max;
+
+  bool operator==(const MapConfig&) const = default;
+};
+
 struct WorldConfig {
   enum class Kind { kCarMaze, kBoxes, kMap, kCubeMaze };
   Kind kind = Kind::kCarMaze;
@@ -32,14 +57,27 @@ struct WorldConfig {
   double square = 0.32;
   BoxConfig bounds;
   std::vector<BoxConfig> obstacles;
-  BoxConfig start;
-  BoxConfig goal;
+  std::vector<CylinderConfig> cylinders;
+  BoxConfig start;  ///< empty: see start_point; of a map: everywhere
+  BoxConfig goal;   ///< empty: see goal_point
+  std::optional<std::array<double, 3>> start_point;
+  std::optional<std::array<double, 3>> goal_point;
+  double point_tolerance = 0.13;
   double field_resolution = 0.005;
   int floors = 4;
   int rooms = 4;
   double room_size = 0.25;
   double door_size = 0.16;
   double shaft_size = 0.18;
+  std::vector<int> blocked_doors;
+  int random_blocked_doors = 0;
+  bool blocked_known = false;
+  enum class BlockedWhen { kAlways, kEvaluation };
+  BlockedWhen blocked_when = BlockedWhen::kAlways;
+  int unseen_obstacles = 0;
+  double unseen_obstacle_size = 0.043;
+  MapConfig map;
+  std::shared_ptr<const ImportedMap> imported;  ///< kMap: what the map says; read once, by the loader
 
   bool operator==(const WorldConfig&) const = default;
 };

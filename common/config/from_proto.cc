@@ -10,8 +10,11 @@ To ConvertEnum(From value) {
 }
 static_assert(proto::ASYNC == static_cast<int>(Schedule::kAsync) && proto::Schedule_MAX == proto::ASYNC);
 static_assert(proto::World::BOXES == static_cast<int>(WorldConfig::Kind::kBoxes) &&
+              proto::World::MAP == static_cast<int>(WorldConfig::Kind::kMap) &&
               proto::World::CUBE_MAZE == static_cast<int>(WorldConfig::Kind::kCubeMaze) &&
               proto::World::Kind_MAX == proto::World::CUBE_MAZE);
+static_assert(proto::World::EVALUATION == static_cast<int>(WorldConfig::BlockedWhen::kEvaluation) &&
+              proto::World::BlockedWhen_MAX == proto::World::EVALUATION);
 static_assert(proto::Vehicle::HOLONOMIC == static_cast<int>(VehicleConfig::Kind::kHolonomic) &&
               proto::Vehicle::QUADRUPED == static_cast<int>(VehicleConfig::Kind::kQuadruped) &&
               proto::Vehicle::Kind_MAX == proto::Vehicle::QUADRUPED);
@@ -29,6 +32,17 @@ std::array<double, 3> Vector(const proto::Vector3& message) { return {message.x(
 
 BoxConfig Box(const proto::Box& message) { return {Vector(message.min()), Vector(message.max())}; }
 
+MapConfig Map(const proto::World& message) {
+  MapConfig map;
+  map.file = message.map();
+  map.hash = message.map_hash();
+  map.unknown_is_free = message.unknown_is_free();
+  if (message.has_map_resolution()) map.resolution = message.map_resolution();
+  if (message.has_slice_min()) map.slice_min = message.slice_min();
+  if (message.has_slice_max()) map.slice_max = message.slice_max();
+  return map;
+}
+
 WorldConfig World(const proto::World& message) {
   WorldConfig world;
   world.kind = ConvertEnum<WorldConfig::Kind>(message.kind());
@@ -40,14 +54,27 @@ WorldConfig World(const proto::World& message) {
   world.square = message.square();
   world.bounds = Box(message.bounds());
   for (const proto::Box& obstacle : message.obstacles()) world.obstacles.push_back(Box(obstacle));
+  for (const proto::Cylinder& cylinder : message.cylinders()) {
+    world.cylinders.push_back({Vector(cylinder.base()), cylinder.radius(), cylinder.height()});
+  }
   world.start = Box(message.start());
   world.goal = Box(message.goal());
+  if (message.has_start_point()) world.start_point = Vector(message.start_point());
+  if (message.has_goal_point()) world.goal_point = Vector(message.goal_point());
+  if (message.has_point_tolerance()) world.point_tolerance = message.point_tolerance();
   world.field_resolution = message.field_resolution();
   world.floors = message.floors();
   world.rooms = message.rooms();
   world.room_size = message.room_size();
   world.door_size = message.door_size();
   world.shaft_size = message.shaft_size();
+  world.blocked_doors.assign(message.blocked_doors().begin(), message.blocked_doors().end());
+  world.random_blocked_doors = message.random_blocked_doors();
+  world.blocked_known = message.blocked_known();
+  world.blocked_when = ConvertEnum<WorldConfig::BlockedWhen>(message.blocked_when());
+  world.unseen_obstacles = message.unseen_obstacles();
+  world.unseen_obstacle_size = message.unseen_obstacle_size();
+  world.map = Map(message);
   return world;
 }
 

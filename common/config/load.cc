@@ -5,10 +5,13 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 
+#include "common/config/arguments.h"
 #include "common/config/draft.h"
 #include "common/config/from_proto.h"
+#include "common/config/map.h"
 #include "common/config/override.h"
 #include "common/config/ranges.h"
 #include "common/config/resolve.h"
@@ -28,7 +31,7 @@ std::string Print(const proto::Experiment& message) {
   return text;
 }
 
-std::string ReadFile(const std::string& path) {
+std::string ReadText(const char* what, const std::string& path) {
   errno = 0;
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
   std::string text;
@@ -39,7 +42,7 @@ std::string ReadFile(const std::string& path) {
     if (got < sizeof(block)) break;
   }
   if (file == nullptr || std::ferror(file.get()) != 0) {
-    ThrowUsageError("experiment file {}: {}", path, std::strerror(errno));
+    ThrowUsageError("{} {}: {}", what, path, std::strerror(errno));
   }
   return text;
 }
@@ -48,6 +51,7 @@ std::string ReadFile(const std::string& path) {
 uint64_t Hash(proto::Experiment message) {
   message.clear_name();
   message.clear_transport();
+  message.mutable_world()->clear_map();
   const std::string text = Print(message);
   return ContentHash(text.data(), text.size());
 }
@@ -55,18 +59,27 @@ uint64_t Hash(proto::Experiment message) {
 }  // namespace
 
 LoadedExperiment ParseExperiment(const std::string& text, const std::string& source,
-                                 const std::vector<std::string>& overrides) {
+                                 const std::vector<std::string>& overrides, const PlaceArguments& arguments) {
   config::Draft draft = config::ReadText(text, source);
+  if (!arguments.robot.empty()) {
+    config::ReadVehicle(ReadText("--robot", arguments.robot), arguments.robot, &draft);
+  }
+  config::ApplyArguments(arguments, &draft);
   for (const std::string& assignment : overrides) config::ApplyOverride(assignment, &draft);
   config::CheckRanges(draft);  // before deriving, so that the typed value is named and not what followed from it
-  config::Resolve(&draft);
+  const config::ReadMapResult read = config::ReadMap(std::filesystem::path(source).parent_path().string(), &draft);
+  config::Resolve(&draft, read.map.get());
   config::CheckRanges(draft);
   config::CheckRules(draft);
-  return {config::FromProto(draft.message), Print(draft.message), Hash(draft.message)};
+  LoadedExperiment loaded{config::FromProto(draft.message), Print(draft.message), Hash(draft.message)};
+  loaded.experiment.world.map.file = read.file;
+  loaded.experiment.world.imported = read.map;
+  return loaded;
 }
 
-LoadedExperiment LoadExperiment(const std::string& path, const std::vector<std::string>& overrides) {
-  return ParseExperiment(ReadFile(path), path, overrides);
+LoadedExperiment LoadExperiment(const std::string& path, const std::vector<std::string>& overrides,
+                                const PlaceArguments& arguments) {
+  return ParseExperiment(ReadText("experiment file", path), path, overrides, arguments);
 }
 
 }  // namespace cairn

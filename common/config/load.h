@@ -8,21 +8,36 @@
 
 namespace cairn {
 
+/// Where a run directory keeps its copy of the map (CopyMap of common/world/import/import_map.h).
+constexpr const char* kMapFolder = "map";
+
 /// An experiment as read, overridden and resolved.
 struct LoadedExperiment {
   Experiment experiment;
-  /// Canonical protobuf text with every derived value filled in; loading it again gives the same experiment.
+  /// Canonical protobuf text with every derived value filled in; loading it again gives the same experiment. A map is
+  /// expected in the folder kMapFolder beside it.
   std::string resolved_text;
-  /// Content hash of what all processes of a run must agree on: `resolved_text` without `name` and `transport`.
+  /// Content hash of what all processes of a run must agree on: `resolved_text` without `name`, `transport` and where
+  /// the map is, but with the hash of what the map says.
   uint64_t hash = 0;
 };
 
-/// Reads `path`, applies `overrides` ("learner.batch_size=512", in order), derives what was left out, checks every
-/// range. Throws UsageError with file (or the override), line, field, value, rule and the nearest known name.
-LoadedExperiment LoadExperiment(const std::string& path, const std::vector<std::string>& overrides = {});
+/// What has an option of its own on the command line; empty: as in the file.
+struct PlaceArguments {
+  std::string map;    ///< --map: a MAP world of this file
+  std::string robot;  ///< --robot: file with the text of a Vehicle, in the place of `vehicle`
+  std::string goal;   ///< --goal: X,Y or X,Y,Z [m], in the place of world.goal
+  std::string start;  ///< --start: likewise
+};
 
-/// The same from text; `source` names it in errors.
+/// Reads `path`, applies `arguments`, then `overrides` ("learner.batch_size=512", in order), reads the map if there is
+/// one, derives what was left out, checks every range. Throws UsageError with file (or what was typed), line, field,
+/// value, rule and the nearest known name.
+LoadedExperiment LoadExperiment(const std::string& path, const std::vector<std::string>& overrides = {},
+                                const PlaceArguments& arguments = {});
+
+/// The same from text; `source` names it in errors, and a map is looked up from its folder.
 LoadedExperiment ParseExperiment(const std::string& text, const std::string& source,
-                                 const std::vector<std::string>& overrides = {});
+                                 const std::vector<std::string>& overrides = {}, const PlaceArguments& arguments = {});
 
 }  // namespace cairn

@@ -28,6 +28,10 @@ constexpr double kTurnPerAction = 0.7;             // [rad]
 constexpr double kCarLength = 0.070, kCarWidth = 0.050, kCarSpeed = 1.0;
 constexpr double kQuadrotorRadius = 0.045, kQuadrotorSpeed = 1.5;
 constexpr double kQuadrupedLength = 0.060, kQuadrupedWidth = 0.030, kQuadrupedSpeed = 0.3;
+constexpr double kPointToleranceRadii = 3;  // 0.129 m; the paper's own square has 0.160 m
+
+constexpr double kMapFieldParts = 5;        // field nodes on an inscribed radius, of maps
+constexpr double kMapFieldNodes = 1 << 25;  // 128 MiB of floats in each process
 
 void SetDefault(Message* message, const FieldDescriptor* field) {
   const Reflection* reflection = message->GetReflection();
@@ -59,14 +63,17 @@ void FillDefaults(Message* message);
 
 void FillField(Message* message, const FieldDescriptor* field) {
   const Reflection* reflection = message->GetReflection();
-  const bool is_box = field->message_type() == proto::Box::descriptor();
+  // Regions and points of the world are not invented.
+  const bool is_place =
+      field->message_type() == proto::Box::descriptor() ||
+      (field->message_type() == proto::Vector3::descriptor() && field->containing_type() == proto::World::descriptor());
   if (field->is_repeated()) {
     if (field->message_type() == nullptr) return;
     for (int i = 0; i < reflection->FieldSize(*message, field); ++i) {
       FillDefaults(reflection->MutableRepeatedMessage(message, field, i));
     }
   } else if (field->message_type() != nullptr) {
-    if (!is_box || reflection->HasField(*message, field)) FillDefaults(reflection->MutableMessage(message, field));
+    if (!is_place || reflection->HasField(*message, field)) FillDefaults(reflection->MutableMessage(message, field));
   } else if (field->has_default_value() && !reflection->HasField(*message, field)) {
     SetDefault(message, field);
   }
@@ -135,12 +142,25 @@ void DeriveObservation(double circumscribed, proto::Observation* observation) {
   }
 }
 
-void DeriveWorld(double inscribed, proto::World* world) {
+// The coarsest whole part of a cell that resolves the robot, so that the field's nodes lie on the cells' edges; coarser
+// again, down to the cell, where that would take too many nodes.
+double MapFieldResolution(const ImportedMap& map, double inscribed) {
+  const Vector3d size = map.bounds.size();
+  const double volume = size.x() * size.y() * (map.dimension == 3 ? size.z() : 1);
+  const double finest = std::pow(volume / kMapFieldNodes, 1.0 / map.dimension);
+  if (map.cell == 0) return std::max(inscribed / 10, finest);
+  const double parts = std::ceil(map.cell / (inscribed / kMapFieldParts) - 1e-9);
+  return map.cell / std::max(1.0, std::min(parts, std::floor(map.cell / finest)));
+}
+
+void DeriveWorld(double circumscribed, double inscribed, const ImportedMap* map, proto::World* world) {
+  if ((world->has_goal_point() || world->has_start_point()) && !world->has_point_tolerance()) {
+    world->set_point_tolerance(kPointToleranceRadii * circumscribed);
+  }
   if (world->has_field_resolution()) return;
   const bool car_maze = world->kind() == proto::World::CAR_MAZE, cube = world->kind() == proto::World::CUBE_MAZE;
-  world->set_field_resolution(car_maze ? world->wall_thickness() / 4
-                              : cube   ? world->wall_thickness() / 2
-                                       : inscribed / 10);
+  const double by_vehicle = map != nullptr ? MapFieldResolution(*map, inscribed) : inscribed / 10;
+  world->set_field_resolution(car_maze ? world->wall_thickness() / 4 : cube ? world->wall_thickness() / 2 : by_vehicle);
 }
 
 void DeriveLearner(int action_size, proto::Learner* learner) {
@@ -153,16 +173,20 @@ void DeriveLearner(int action_size, proto::Learner* learner) {
 
 }  // namespace
 
-void Resolve(Draft* draft) {
+void Resolve(Draft* draft, const ImportedMap* map) {
   proto::Experiment& experiment = draft->message;
   FillDefaults(&experiment);
+  if (map == nullptr) experiment.mutable_world()->clear_unknown_is_free();  // what is not read is not part of the hash
   const VehicleConfig vehicle = DeriveVehicle(experiment.mutable_vehicle());
   const double circumscribed = vehicle.circumscribed_radius();
   const double inscribed = vehicle.inscribed_radius();
   DeriveEnvironment(vehicle, experiment.vehicle(), experiment.mutable_environment());
   DerivePlanner(circumscribed, inscribed, experiment.mutable_planner());
   DeriveObservation(circumscribed, experiment.mutable_observation());
-  DeriveWorld(inscribed, experiment.mutable_world());
+  if (!experiment.world().has_unseen_obstacle_size()) {
+    experiment.mutable_world()->set_unseen_obstacle_size(circumscribed);
+  }
+  DeriveWorld(circumscribed, inscribed, map, experiment.mutable_world());
   DeriveLearner(vehicle.action_size(), experiment.mutable_learner());
 }
 

@@ -42,16 +42,29 @@ void CheckName(const Draft& draft) {
 
 void CheckWorld(const Draft& draft) {
   const proto::World& world = draft.message.world();
-  const bool boxes = world.kind() == proto::World::BOXES;
-  const auto check = [&](const char* path, bool present, bool needed) {
+  const bool boxes = world.kind() == proto::World::BOXES, map = world.kind() == proto::World::MAP;
+  const auto check = [&](const char* path, bool present, bool needed, bool of_maps) {
     if (needed && !present)
       ThrowUsageError("{} is missing: world.kind = BOXES ({}) needs it", path, draft.Origin("world.kind"));
-    if (present && !boxes) ThrowUsageError("{}: {} is read only with world.kind = BOXES", draft.Origin(path), path);
+    if (!present || boxes || (map && of_maps)) return;
+    ThrowUsageError("{}: {} is read only with world.kind = BOXES{}", draft.Origin(path), path,
+                    of_maps ? " or MAP" : "");
   };
-  check("world.bounds", world.has_bounds(), boxes);
-  check("world.start", world.has_start(), boxes);
-  check("world.goal", world.has_goal(), boxes);
-  check("world.obstacles", !world.obstacles().empty(), false);
+  check("world.bounds", world.has_bounds(), boxes, true);
+  check("world.start", world.has_start(), boxes && !world.has_start_point(), true);
+  check("world.goal", world.has_goal(), boxes && !world.has_goal_point(), true);
+  check("world.obstacles[0]", !world.obstacles().empty(), false, false);
+  check("world.cylinders[0]", !world.cylinders().empty(), false, false);
+  const auto check_one = [&](const char* region, bool has_region, const char* point, bool has_point) {
+    if (!has_region || !has_point) return;
+    ThrowUsageError("{}: {} does not go with {} ({})", draft.Origin(point), point, region, draft.Origin(region));
+  };
+  check_one("world.start", world.has_start(), "world.start_point", world.has_start_point());
+  check_one("world.goal", world.has_goal(), "world.goal_point", world.has_goal_point());
+  for (int i = 0; i < world.cylinders_size(); ++i) {
+    const std::string path = fmt::format("world.cylinders[{}]", i);
+    if (!world.cylinders(i).has_radius()) ThrowUsageError("{}: {}.radius is missing", draft.Origin(path), path);
+  }
 }
 
 void CheckVehicle(const Draft& draft) {

@@ -88,19 +88,32 @@ void ThrowParseError(const ParseError& error, const std::string& text, const std
                   field == nullptr ? "" : "; " + Rule(*field));
 }
 
-Draft ReadText(const std::string& text, const std::string& source) {
-  Draft draft;
+// `path` is that of the message within the experiment.
+void Parse(const std::string& text, const std::string& source, const std::string& path, Message* message,
+           std::map<std::string, std::string>* origins) {
   FirstError collector;
   Tree tree;
   TextFormat::Parser parser;
   parser.RecordErrorsTo(&collector);
   parser.WriteLocationsTo(&tree);
-  if (!parser.ParseFromString(text, &draft.message)) {
+  if (!parser.ParseFromString(text, message)) {
     const ParseError& error = collector.error();
-    ThrowParseError(error, text, error.line < 0 ? source : source + ":" + std::to_string(error.line + 1), "");
+    ThrowParseError(error, text, error.line < 0 ? source : source + ":" + std::to_string(error.line + 1), path);
   }
-  CollectOrigins(draft.message, &tree, "", source, &draft.origins);
+  CollectOrigins(*message, &tree, path, source, origins);
+}
+
+Draft ReadText(const std::string& text, const std::string& source) {
+  Draft draft;
+  Parse(text, source, "", &draft.message, &draft.origins);
   return draft;
+}
+
+void ReadVehicle(const std::string& text, const std::string& source, Draft* draft) {
+  draft->ForgetOrigins("vehicle");
+  draft->origins["vehicle"] = source;
+  draft->message.clear_vehicle();
+  Parse(text, source, "vehicle", draft->message.mutable_vehicle(), &draft->origins);
 }
 
 }  // namespace cairn::config

@@ -1,6 +1,7 @@
 #include "common/process/process.h"
 
 #include <poll.h>
+#include <sys/eventfd.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
 
@@ -28,11 +29,14 @@ int BlockStopSignals() {
   return signalfd(-1, &signals, SFD_CLOEXEC);
 }
 
-// Waits for a stop signal, the end of file of the launcher's pipe, or the end of `body`.
+// Waits for a stop signal, the end of file of the launcher's pipe, or the end of `body`. Without looking now and then:
+// a host may have many of these processes.
 void Watch(const std::stop_token& token, int signal_fd, int parent_fd, Process* process) {
-  std::array<pollfd, 2> fds{{{signal_fd, POLLIN, 0}, {parent_fd, POLLIN, 0}}};
+  const int ended_fd = eventfd(0, EFD_CLOEXEC);
+  const std::stop_callback on_end(token, [ended_fd] { eventfd_write(ended_fd, 1); });
+  std::array<pollfd, 3> fds{{{ended_fd, POLLIN, 0}, {signal_fd, POLLIN, 0}, {parent_fd, POLLIN, 0}}};
   while (!token.stop_requested()) {
-    if (poll(fds.data(), parent_fd >= 0 ? 2 : 1, 50) <= 0) continue;
+    if (poll(fds.data(), parent_fd >= 0 ? 3 : 2, -1) <= 0 || (fds[0].revents & POLLIN) != 0) continue;
     process->RequestStop();
     return;
   }

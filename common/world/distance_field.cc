@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "common/core/check.h"
+#include "common/world/cell_distance.h"
 #include "common/world/signed_distance.h"
 
 namespace cairn {
@@ -119,6 +120,8 @@ DistanceField::DistanceField(const World& world, double resolution)
       nodes_(CountNodes(world, resolution)),
       bounds_(world.bounds) {
   if (dimension_ == 2) origin_.z() = 0;
+  if (world.imported) values_ = CellDistances(world, resolution, nodes_);
+  if (!values_.empty()) return;
   values_.resize(static_cast<size_t>(nodes_.x()) * nodes_.y() * nodes_.z());
   Filler(world, *this).Run();
 }

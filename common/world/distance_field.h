@@ -6,7 +6,8 @@
 
 namespace cairn {
 
-/// Euclidean distance to the nearest obstacle or to the outside of the bounds [m], negative inside obstacles.
+/// Euclidean distance to the nearest obstacle or to the outside of the bounds [m], negative inside obstacles: minus the
+/// depth in one of them, in imported maps in all of them together.
 /// Exact (to float) at grid nodes; bi-/trilinear between, so the error is below interpolation_error() and
 /// |gradient| ≤ ~1. Immutable after construction; may be read from any thread.
 class DistanceField {

@@ -55,6 +55,19 @@ std::vector<Box> MergeRuns(const LatticeMaze& grid, const Lattice& lattice) {
   return boxes;
 }
 
+// The gaps between the posts of inner walls that are open.
+std::vector<Box> Openings(const LatticeMaze& grid, const Lattice& lattice) {
+  std::vector<Box> doors;
+  for (int axis = 0; axis < 2; ++axis) {
+    for (int line = 1; line < grid.size(); ++line) {
+      for (int along = 0; along < grid.size(); ++along) {
+        if (!grid.wall(axis, line, along)) doors.push_back(lattice.Run(axis, line, along, along));
+      }
+    }
+  }
+  return doors;
+}
+
 void CheckMaze(const WorldConfig& config, double pitch) {
   if (config.cells < 2) ThrowUsageError("world.cells = {}: must be at least 2", config.cells);
   if (!(config.corridor_width > 0)) ThrowUsageError("world.corridor_width = {}: must be > 0", config.corridor_width);
@@ -89,6 +102,7 @@ World MakeCarMaze(const WorldConfig& config) {
   ClearRegion(grid, lattice, world.start);
   ClearRegion(grid, lattice, world.goal);
   world.boxes = MergeRuns(grid, lattice);
+  world.doors = Openings(grid, lattice);
   world.start_space = world.bounds;
   return world;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "common/core/check.h"
 
@@ -51,27 +52,38 @@ ObstacleGrid::Buckets ObstacleGrid::Fill(double margin) const {
   };
   const int num_rectangles = static_cast<int>(rectangles_.size());
   const int num_obstacles = num_rectangles + static_cast<int>(discs_.size());
-  std::vector<std::vector<int32_t>> lists(static_cast<size_t>(columns_) * rows_);
-  for (int i = 0; i < num_obstacles; ++i) {
-    Rectangle r;
-    if (i < num_rectangles) {
-      r = rectangles_[i];
-    } else {
-      const Disc& d = discs_[i - num_rectangles];
-      r = {d.x - d.radius, d.y - d.radius, d.x + d.radius, d.y + d.radius};
+  const auto for_each = [&](const auto& visit) {  // visit(cell, obstacle)
+    for (int i = 0; i < num_obstacles; ++i) {
+      Rectangle r;
+      if (i < num_rectangles) {
+        r = rectangles_[i];
+      } else {
+        const Disc& d = discs_[i - num_rectangles];
+        r = {d.x - d.radius, d.y - d.radius, d.x + d.radius, d.y + d.radius};
+      }
+      const int x0 = index(r.min_x - slack - bounds_.min_x, columns_),
+                y0 = index(r.min_y - slack - bounds_.min_y, rows_);
+      const int x1 = index(r.max_x + slack - bounds_.min_x, columns_),
+                y1 = index(r.max_y + slack - bounds_.min_y, rows_);
+      for (int y = y0; y <= y1; ++y) {
+        for (int x = x0; x <= x1; ++x) visit(static_cast<size_t>(y) * columns_ + x, i);
+      }
     }
-    const int x0 = index(r.min_x - slack - bounds_.min_x, columns_), y0 = index(r.min_y - slack - bounds_.min_y, rows_);
-    const int x1 = index(r.max_x + slack - bounds_.min_x, columns_), y1 = index(r.max_y + slack - bounds_.min_y, rows_);
-    for (int y = y0; y <= y1; ++y) {
-      for (int x = x0; x <= x1; ++x) lists[static_cast<size_t>(y) * columns_ + x].push_back(i);
-    }
-  }
+  };
+  // Counted first, then filled in: a list for each of four million cells would take more than what is in them.
   Buckets buckets;
-  buckets.offsets.push_back(0);
-  for (const auto& list : lists) {
-    buckets.items.insert(buckets.items.end(), list.begin(), list.end());
-    buckets.offsets.push_back(static_cast<int32_t>(buckets.items.size()));
-  }
+  buckets.offsets.assign(static_cast<size_t>(columns_) * rows_ + 1, 0);
+  int64_t total = 0;
+  for_each([&](size_t cell, int) {
+    ++buckets.offsets[cell + 1];
+    ++total;
+  });
+  if (total > INT32_MAX)
+    ThrowError("world: {} obstacles in {} x {} cells are too many", num_obstacles, columns_, rows_);
+  std::partial_sum(buckets.offsets.begin(), buckets.offsets.end(), buckets.offsets.begin());
+  buckets.items.resize(static_cast<size_t>(total));
+  std::vector<int32_t> next(buckets.offsets.begin(), buckets.offsets.end() - 1);
+  for_each([&](size_t cell, int obstacle) { buckets.items[next[cell]++] = obstacle; });
   return buckets;
 }
 

@@ -27,6 +27,16 @@ void ForEachPoint(const Box& region, int dimension, double step, const Visit& vi
   }
 }
 
+// Of a map the obstacles are many and the field knows them.
+World WithoutObstacles(const World& world) {
+  World outline;
+  outline.dimension = world.dimension;
+  outline.bounds = world.bounds;
+  outline.start = world.start;
+  outline.goal = world.goal;
+  return outline;
+}
+
 std::string Describe(const Box& box, int dimension) {
   std::string text;
   for (int k = 0; k < dimension; ++k) {
@@ -38,12 +48,12 @@ std::string Describe(const Box& box, int dimension) {
 }  // namespace
 
 Reachability::Reachability(const World& world, const DistanceField& field, double radius)
-    : world_(world), field_(field), radius_(radius), step_(field.resolution()), nodes_(1, 1, 1) {
+    : world_(WithoutObstacles(world)), field_(field), radius_(radius), step_(field.resolution()), nodes_(1, 1, 1) {
   for (int k = 0; k < world.dimension; ++k) {
     nodes_[k] = std::max(2, static_cast<int>(std::ceil(world.bounds.size()[k] / step_ - 1e-9)) + 1);
   }
   reached_.assign(static_cast<size_t>(nodes_.x()) * nodes_.y() * nodes_.z(), 0);
-  std::vector<Eigen::Vector3i> stack;
+  std::vector<Eigen::Vector3i> front;
   double most_room = -std::numeric_limits<double>::infinity();
   ForEachPoint(world_.goal, world_.dimension, step_, [&](const Vector3d& p) {
     const double room = field_.Distance(p);
@@ -51,13 +61,39 @@ Reachability::Reachability(const World& world, const DistanceField& field, doubl
       most_room = room;
       goal_point_ = p;
     }
-    if (room >= radius_) Seed(p, stack);
+    if (room >= radius_) Seed(p, front);
   });
-  if (!(most_room >= radius_)) {
-    ThrowUsageError("world.goal {}: no point of it is free for a radius of {:.4g} m (most room: {:.4g} m)",
-                    Describe(world_.goal, world_.dimension), radius_, most_room);
+  if (!(most_room >= radius_)) ThrowNoRoom(most_room);
+  Flood(std::move(front));
+  ForEachFreeNode([&](const Eigen::Vector3i&) { ++num_free_; });
+}
+
+template <typename Visitor>
+void Reachability::ForEachFreeNode(const Visitor& visitor) const {
+  Eigen::Vector3i node;
+  for (node.z() = 0; node.z() < nodes_.z(); ++node.z()) {
+    for (node.y() = 0; node.y() < nodes_.y(); ++node.y()) {
+      for (node.x() = 0; node.x() < nodes_.x(); ++node.x()) {
+        if (field_.Distance(NodePosition(node)) >= radius_) visitor(node);
+      }
+    }
   }
-  Flood(std::move(stack));
+}
+
+void Reachability::ThrowNoRoom(double most_room) const {
+  const Vector3d center = world_.goal.center();
+  double nearest = std::numeric_limits<double>::infinity();
+  std::string cure = "; no point of the world is";
+  ForEachFreeNode([&](const Eigen::Vector3i& node) {
+    const Vector3d p = NodePosition(node);
+    const double distance = (p - center).norm();
+    if (distance >= nearest) return;
+    nearest = distance;
+    cure = fmt::format("; the nearest point that is: {:.4g},{:.4g}", p.x(), p.y());
+    if (world_.dimension == 3) cure += fmt::format(",{:.4g}", p.z());
+  });
+  ThrowUsageError("world.goal {}: no point of it is free for a radius of {:.4g} m (most room: {:.4g} m){}",
+                  Describe(world_.goal, world_.dimension), radius_, most_room, cure);
 }
 
 bool Reachability::CellCorner(const Vector3d& p, Eigen::Vector3i& corner) const {
@@ -69,31 +105,34 @@ bool Reachability::CellCorner(const Vector3d& p, Eigen::Vector3i& corner) const 
   return true;
 }
 
-void Reachability::Visit(const Eigen::Vector3i& node, std::vector<Eigen::Vector3i>& stack) {
+void Reachability::Visit(const Eigen::Vector3i& node, std::vector<Eigen::Vector3i>& front) {
   char& reached = reached_[Index(node)];
   if (reached || field_.Distance(NodePosition(node)) < radius_) return;
   reached = 1;
-  stack.push_back(node);
+  front.push_back(node);
+  ++num_reached_;
 }
 
 // Marks the free corners of a free point's cell.
-void Reachability::Seed(const Vector3d& p, std::vector<Eigen::Vector3i>& stack) {
+void Reachability::Seed(const Vector3d& p, std::vector<Eigen::Vector3i>& front) {
   Eigen::Vector3i corner;
   if (!CellCorner(p, corner)) return;
   for (int i = 0; i < 1 << world_.dimension; ++i) {
-    Visit(corner + Eigen::Vector3i(i & 1, i >> 1 & 1, i >> 2 & 1), stack);
+    Visit(corner + Eigen::Vector3i(i & 1, i >> 1 & 1, i >> 2 & 1), front);
   }
 }
 
-void Reachability::Flood(std::vector<Eigen::Vector3i> stack) {
-  while (!stack.empty()) {
-    const Eigen::Vector3i node = stack.back();
-    stack.pop_back();
-    for (int k = 0; k < world_.dimension; ++k) {
-      for (const int step : {-1, 1}) {
-        Eigen::Vector3i next = node;
-        next[k] += step;
-        if (next[k] >= 0 && next[k] < nodes_[k]) Visit(next, stack);
+// Breadth first: the front stays as small as the world is wide, where a stack could hold all of its nodes.
+void Reachability::Flood(std::vector<Eigen::Vector3i> front) {
+  for (std::vector<Eigen::Vector3i> next_front; !front.empty(); front.swap(next_front)) {
+    next_front.clear();
+    for (const Eigen::Vector3i& node : front) {
+      for (int k = 0; k < world_.dimension; ++k) {
+        for (const int step : {-1, 1}) {
+          Eigen::Vector3i next = node;
+          next[k] += step;
+          if (next[k] >= 0 && next[k] < nodes_[k]) Visit(next, next_front);
+        }
       }
     }
   }
@@ -111,6 +150,7 @@ bool Reachability::Reaches(const Vector3d& p) const {
 void Reachability::CheckStart() const {
   bool any_free = false, any_reaches = false;
   ForEachPoint(world_.start, world_.dimension, step_, [&](const Vector3d& p) {
+    if (any_reaches) return;
     const bool free = field_.Distance(p) >= radius_;
     any_free |= free;
     any_reaches |= free && Reaches(p);

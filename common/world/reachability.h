@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <vector>
 
 #include "common/world/distance_field.h"
@@ -24,23 +26,32 @@ class Reachability {
   /// The free point of the goal region with the most room, on the grid or a 17-fold division of the region.
   const Vector3d& goal_point() const { return goal_point_; }
 
+  /// Share of the field's free nodes from which the goal can be reached.
+  double share() const {
+    return static_cast<double>(num_reached_) / static_cast<double>(std::max<int64_t>(1, num_free_));
+  }
+
  private:
   bool CellCorner(const Vector3d& p, Eigen::Vector3i& corner) const;
   Vector3d NodePosition(const Eigen::Vector3i& node) const { return world_.bounds.min + step_ * node.cast<double>(); }
   size_t Index(const Eigen::Vector3i& node) const {
     return (static_cast<size_t>(node.z()) * nodes_.y() + node.y()) * nodes_.x() + node.x();
   }
-  void Seed(const Vector3d& p, std::vector<Eigen::Vector3i>& stack);
-  void Visit(const Eigen::Vector3i& node, std::vector<Eigen::Vector3i>& stack);
-  void Flood(std::vector<Eigen::Vector3i> stack);
+  void Seed(const Vector3d& p, std::vector<Eigen::Vector3i>& front);
+  void Visit(const Eigen::Vector3i& node, std::vector<Eigen::Vector3i>& front);
+  void Flood(std::vector<Eigen::Vector3i> front);
+  template <typename Visitor>
+  void ForEachFreeNode(const Visitor& visitor) const;
+  [[noreturn]] void ThrowNoRoom(double most_room) const;
 
-  World world_;
+  World world_;  // without its obstacles
   const DistanceField& field_;
   double radius_;
   double step_;  // between nodes [m]
   Eigen::Vector3i nodes_;
   Vector3d goal_point_;
-  std::vector<char> reached_;  // per node
+  std::vector<char> reached_;               // per node
+  int64_t num_free_ = 0, num_reached_ = 0;  // nodes
 };
 
 }  // namespace cairn

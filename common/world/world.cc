@@ -1,10 +1,13 @@
 #include "common/world/world.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "common/core/check.h"
 #include "common/world/cube_maze.h"
+#include "common/world/import/import_map.h"
 #include "common/world/signed_distance.h"
 
 namespace cairn {
@@ -56,8 +59,6 @@ World MakeBoxWorld(const WorldConfig& config) {
   World world;
   world.dimension = config.bounds.min[2] < config.bounds.max[2] ? 3 : 2;
   world.bounds = ToBox(config.bounds, world.dimension);
-  world.start = ToBox(config.start, world.dimension);
-  world.goal = ToBox(config.goal, world.dimension);
   CheckExtent(world.bounds, "world.bounds", world.dimension);
   for (size_t i = 0; i < config.obstacles.size(); ++i) {
     const std::string field = fmt::format("world.obstacles[{}]", i);
@@ -65,11 +66,34 @@ World MakeBoxWorld(const WorldConfig& config) {
     CheckExtent(world.boxes.back(), field, world.dimension);
     CheckReachesIn(world.boxes.back(), world.bounds, field, world.dimension);
   }
+  for (size_t i = 0; i < config.cylinders.size(); ++i) {
+    const std::string field = fmt::format("world.cylinders[{}]", i);
+    const CylinderConfig& c = config.cylinders[i];
+    const bool space = world.dimension == 3;
+    world.cylinders.push_back({Vector3d(c.base[0], c.base[1], space ? c.base[2] : 0), c.radius, space ? c.height : 0});
+    const Vector3d half(c.radius, c.radius, 0);
+    const Vector3d base = world.cylinders.back().base;
+    const Box around{base - half, base + half + Vector3d(0, 0, world.cylinders.back().height)};
+    CheckExtent(around, field, world.dimension);
+    CheckReachesIn(around, world.bounds, field, world.dimension);
+  }
   world.start_space = world.bounds;
   return world;
 }
 
-World MakeWorldOfKind(const WorldConfig& config) {
+World MakeMapWorld(const WorldConfig& config) {
+  CAIRN_CHECK(config.imported != nullptr, "a MAP world comes with its map: see LoadExperiment");
+  World world;
+  world.dimension = config.imported->dimension;
+  world.bounds = config.imported->bounds;
+  world.boxes = config.imported->boxes;
+  world.cylinders = config.imported->cylinders;
+  world.imported = true;
+  world.start_space = world.bounds;
+  return world;
+}
+
+World MakeObstacles(const WorldConfig& config) {
   switch (config.kind) {
     case WorldConfig::Kind::kCarMaze:
       return MakeCarMaze(config);
@@ -80,19 +104,86 @@ World MakeWorldOfKind(const WorldConfig& config) {
     case WorldConfig::Kind::kMap:
       break;
   }
-  ThrowUsageError("world.kind = {}: no such world", static_cast<int>(config.kind));
+  return MakeMapWorld(config);
+}
+
+// The region that the config gives as a box or a point; of a maze its own.
+void SetRegion(const World& world, const BoxConfig& box, const std::optional<std::array<double, 3>>& point,
+               double tolerance, const std::string& field, Box* region) {
+  if (box != BoxConfig{}) *region = ToBox(box, world.dimension);
+  if (!point) return;
+  const Vector3d p((*point)[0], (*point)[1], world.dimension == 3 ? (*point)[2] : 0);
+  for (int k = 0; k < world.dimension; ++k) {
+    if (p[k] >= world.bounds.min[k] && p[k] <= world.bounds.max[k]) continue;
+    ThrowUsageError("{}_point: {} = {} m lies outside the world, {:.6g} to {:.6g} m", field, kAxes[k], p[k],
+                    world.bounds.min[k], world.bounds.max[k]);
+  }
+  *region = RegionAround(world, p, tolerance);
+}
+
+// Half the side of the largest square (cube) around p that reaches into no obstacle [m]: the smallest over the
+// obstacles of the largest gap along an axis; ≤ 0 inside one. Of a cylinder its box counts.
+double SquareRoom(const World& world, const Vector3d& p) {
+  double room = std::numeric_limits<double>::infinity();
+  const auto leave = [&](const Vector3d& min, const Vector3d& max) {
+    double gap = -std::numeric_limits<double>::infinity();
+    for (int k = 0; k < world.dimension; ++k) gap = std::max({gap, min[k] - p[k], p[k] - max[k]});
+    room = std::min(room, gap);
+  };
+  for (const Box& box : world.boxes) leave(box.min, box.max);
+  for (const Cylinder& c : world.cylinders) {
+    const Vector3d half(c.radius, c.radius, 0);
+    leave(c.base - half, c.base + half + Vector3d(0, 0, c.height));
+  }
+  return room;
 }
 
 }  // namespace
 
 bool World::Contains(const Box& region, const Vector3d& p) const { return SignedDistance(region, p, dimension) <= 0; }
 
+Box RegionAround(const World& world, const Vector3d& point, double tolerance) {
+  const double half = std::clamp(SquareRoom(world, point), 1e-3 * tolerance, tolerance);
+  Box region;
+  for (int k = 0; k < world.dimension; ++k) {
+    region.min[k] = std::max(point[k] - half, world.bounds.min[k]);
+    region.max[k] = std::min(point[k] + half, world.bounds.max[k]);
+  }
+  return region;
+}
+
 World MakeWorld(const WorldConfig& config) {
-  World world = MakeWorldOfKind(config);
+  World world = MakeObstacles(config);
+  if (config.kind == WorldConfig::Kind::kMap) {
+    world.start = world.bounds;
+    if (config.goal == BoxConfig{} && !config.goal_point) {
+      ThrowUsageError(
+          "world.goal is missing: give it as --goal X,Y; `cairn plan` with --svg draws the map with a grid to read it "
+          "from");
+    }
+  }
+  SetRegion(world, config.start, config.start_point, config.point_tolerance, "world.start", &world.start);
+  SetRegion(world, config.goal, config.goal_point, config.point_tolerance, "world.goal", &world.goal);
   CheckExtent(world.start, "world.start", world.dimension);
   CheckExtent(world.goal, "world.goal", world.dimension);
   CheckInside(world.start, world.bounds, "world.start", world.dimension);
   CheckInside(world.goal, world.bounds, "world.goal", world.dimension);
+  return world;
+}
+
+void CheckDimension(const VehicleConfig& vehicle, const World& world) {
+  if (vehicle.dimension() == world.dimension) return;
+  ThrowUsageError("vehicle.kind: {}, but the world is {}{}",
+                  vehicle.dimension() == 3 ? "a QUADROTOR flies" : "it drives in the plane (only a QUADROTOR flies)",
+                  world.dimension == 3 ? "in space" : "plane",
+                  world.imported && world.dimension == 3
+                      ? "; world.slice_min and world.slice_max make a plane map of the heights that it can touch"
+                      : "");
+}
+
+World MakeWorldWithoutGoal(const WorldConfig& config) {
+  World world = MakeObstacles(config);
+  world.start = world.goal = world.bounds;
   return world;
 }
 

@@ -32,18 +32,30 @@ struct World {
   Box bounds;
   std::vector<Box> boxes;
   std::vector<Cylinder> cylinders;
-  std::vector<Box> doors;  ///< holes that could be closed; no obstacles (CUBE_MAZE)
+  std::vector<Box> doors;  ///< holes that could be closed; no obstacles (mazes)
   Box start;
   Box goal;
   Box start_space;  ///< where starts are drawn from, but for environment.start = START_REGION
+  /// The obstacles are a map's cells merged as it came: they say nothing about how thick walls are.
+  bool imported = false;
 
   /// True when p lies in the region, edges included, over this world's dimensions.
   bool Contains(const Box& region, const Vector3d& p) const;
 };
 
-/// Builds the world the config describes. Throws UsageError naming the field when a region is empty, lies outside the
-/// bounds or the maze's squares do not fit; see also CheckReachable in common/world/reachability.h.
+/// Builds the world the config describes. Throws UsageError naming the field when a region is missing, empty or outside
+/// the bounds or the maze's squares do not fit; see also Reachability in common/world/reachability.h.
 World MakeWorld(const WorldConfig& config);
+
+/// The same of a map without a goal yet: start and goal are all of its bounds.
+World MakeWorldWithoutGoal(const WorldConfig& config);
+
+/// Throws UsageError for a vehicle that drives in a world in space or flies in a plane one.
+void CheckDimension(const VehicleConfig& vehicle, const World& world);
+
+/// The region around a point: a square (cube) of half side `tolerance` [m], but no larger than what the obstacles leave
+/// around the point, within the bounds. Around a point inside an obstacle it is next to nothing.
+Box RegionAround(const World& world, const Vector3d& point, double tolerance);
 
 /// The paper's Car-2D maze (Experimental Setup): `cells`² perfect maze by depth-first search, `loop_fraction` of the
 /// remaining inner walls opened, walls inside start and goal squares cleared, wall runs merged into boxes.

@@ -34,6 +34,16 @@ void AddOverrides(CLI::App* command, std::vector<std::string>* overrides) {
   command->add_option("--set", *overrides, kSetHelp)->type_name("KEY=VALUE")->allow_extra_args(false);
 }
 
+void AddPlace(CLI::App* command, PlaceArguments* place) {
+  command->add_option("--map", place->map,
+                      "Map in the place of the file's world: .yaml (map_server), .bt (OctoMap), .map (Moving AI), "
+                      ".world (BARN)");
+  command->add_option("--robot", place->robot, "File with a Vehicle in the place of the experiment's");
+  command->add_option("--goal", place->goal, "Centre of the goal region, metres in the map's frame")->type_name("X,Y");
+  command->add_option("--start", place->start, "Centre of the start region (default: everywhere free)")
+      ->type_name("X,Y");
+}
+
 void AddTrain(CLI::App* app, Commands* commands, int64_t launch_utime_us) {
   auto options = std::make_shared<TrainOptions>();
   auto seed = std::make_shared<std::string>();
@@ -46,6 +56,7 @@ void AddTrain(CLI::App* app, Commands* commands, int64_t launch_utime_us) {
   command->add_option("--actors", options->actors, "Actor processes (default: the CPUs less one)")
       ->check(CLI::Range(1, 65536));
   command->add_option("--seed", *seed, "Seed of everything but the world");
+  AddPlace(command, &options->place);
   AddOverrides(command, &options->overrides);
   command->add_flag("--insecure", options->insecure, "Without a key though other hosts can send (ttl of 1 or more)");
   command
@@ -67,6 +78,7 @@ void AddPlan(CLI::App* app, Commands* commands) {
   command->add_option("--svg", options->svg, "Picture to write");
   command->add_option("--html", options->html, "Interactive page to write, also of worlds in space");
   command->add_flag("--json", options->json, "Print one JSON object");
+  AddPlace(command, &options->place);
   AddOverrides(command, &options->overrides);
   command->callback([options, commands] { commands->run = [options] { return Plan(*options); }; });
 }

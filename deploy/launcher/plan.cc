@@ -14,9 +14,32 @@
 namespace cairn::deploy {
 namespace {
 
+std::string ToString(const Box& box, int dimension) {
+  std::string text;
+  for (int k = 0; k < dimension; ++k) {
+    text += fmt::format("{}{} {:.2f} to {:.2f}", k == 0 ? "" : ", ", "xyz"[k], box.min[k], box.max[k]);
+  }
+  return text + " m";
+}
+
+void AddWorld(const World& world, nlohmann::ordered_json* json) {
+  const auto list = [&](const Vector3d& p) { return std::vector<double>(p.data(), p.data() + world.dimension); };
+  (*json)["world"] = {{"min", list(world.bounds.min)},
+                      {"max", list(world.bounds.max)},
+                      {"boxes", world.boxes.size()},
+                      {"cylinders", world.cylinders.size()}};
+}
+
+void PrintWorld(const World& world) {
+  fmt::print("world         {}, {} obstacles\n", ToString(world.bounds, world.dimension),
+             world.boxes.size() + world.cylinders.size());
+}
+
 void PrintJson(const PlannedWorld& planned, double path_length) {
   const planner::BuildInfo& info = planned.built.info;
   nlohmann::ordered_json json;
+  AddWorld(planned.world, &json);
+  json["goal_reached_from"] = planned.free_share;
   json["vertices"] = info.vertices;
   json["edges"] = info.edges;
   json["samples"] = info.samples;
@@ -33,8 +56,9 @@ void PrintJson(const PlannedWorld& planned, double path_length) {
 void PrintText(const PlannedWorld& planned, double path_length) {
   const planner::BuildInfo& info = planned.built.info;
   const World& world = planned.world;
-  fmt::print("world         {:.2f} x {:.2f} m, {} obstacles\n", world.bounds.size().x(), world.bounds.size().y(),
-             world.boxes.size() + world.cylinders.size());
+  PrintWorld(world);
+  fmt::print("goal          {}, reached from {:.2f} % of free space\n", ToString(world.goal, world.dimension),
+             100 * planned.free_share);
   fmt::print("vertices      {}\nedges         {}\ncomponents    {}\n", info.vertices, info.edges, info.components);
   fmt::print("coverage      {:.4f} of free space within r_ball of a vertex\n", info.coverage);
   fmt::print("optimal path  {:.3f} m from the start region\n", path_length);
@@ -54,6 +78,31 @@ void WritePicture(const PlannedWorld& planned, const std::string& name, const st
   WriteFileAtomically(file, planner::DrawScene(planned.world, &planned.built.roadmap, &planned.table, {}, picture));
 }
 
+// A map without a goal: its picture is what one reads the goal from.
+int PlanMapOnly(const PlanOptions& options, const Experiment& experiment) {
+  const World world = MakeWorldWithoutGoal(experiment.world);
+  if (!options.svg.empty()) {
+    planner::PictureOptions picture;
+    picture.title = experiment.name;
+    picture.subtitle = "no goal yet: give one as --goal X,Y";
+    picture.regions = false;
+    WriteFileAtomically(options.svg, planner::DrawScene(world, nullptr, nullptr, {}, picture));
+  }
+  if (options.json) {
+    nlohmann::ordered_json json;
+    AddWorld(world, &json);
+    fmt::print("{}\n", json.dump(2));
+  } else {
+    PrintWorld(world);
+    fmt::print("no goal yet   give one as --goal X,Y; --svg FILE draws the map with a grid to read it from\n");
+  }
+  return 0;
+}
+
+bool HasGoal(const WorldConfig& world) {
+  return world.kind != WorldConfig::Kind::kMap || world.goal_point || world.goal != BoxConfig{};
+}
+
 void WritePage(const PlannedWorld& planned, const std::string& name, const std::string& file) {
   planner::PageOptions page;
   page.title = name;
@@ -64,8 +113,9 @@ void WritePage(const PlannedWorld& planned, const std::string& name, const std::
 }  // namespace
 
 int Plan(const PlanOptions& options) {
-  const Experiment experiment = LoadExperiment(options.file, options.overrides).experiment;
+  const Experiment experiment = LoadExperiment(options.file, options.overrides, options.place).experiment;
   CheckSvg(options.svg, experiment);
+  if (!HasGoal(experiment.world)) return PlanMapOnly(options, experiment);
   const PlannedWorld planned = PlanWorld(experiment, experiment.planner);
   const double path_length = planner::OptimalPath(planned.world, planned.built.roadmap, planned.table).length;
   if (!options.svg.empty()) WritePicture(planned, experiment.name, options.svg);

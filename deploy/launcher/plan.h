@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "common/config/load.h"
+
 namespace cairn::deploy {
 
 /// What was typed after `cairn plan`.
@@ -12,9 +14,11 @@ struct PlanOptions {
   std::string html;  ///< interactive page to write; empty: none
   bool json = false;
   std::vector<std::string> overrides;
+  PlaceArguments place;  ///< --map, --robot, --goal, --start
 };
 
-/// Builds the roadmap and cost table of an experiment, prints what came out and draws it. The same seed prints the same
+/// Builds the roadmap and cost table of an experiment, prints what came out and draws it; of a map without a goal, the
+/// map alone, with a grid to read one from. The same seed prints the same
 /// bytes, but for the build time. Returns 0; throws UsageError or Error.
 int Plan(const PlanOptions& options);
 

@@ -14,7 +14,8 @@ struct PlannedWorld {
   World world;
   planner::BuiltRoadmap built;
   CostTable table;
-  double r_ball = 0;  ///< [m]
+  double r_ball = 0;      ///< [m]
+  double free_share = 0;  ///< of free space, from which the goal can be reached
 
   std::shared_ptr<const RoadmapLookup> MakeLookup() const;
 };

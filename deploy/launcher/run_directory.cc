@@ -11,6 +11,7 @@
 #include "common/core/check.h"
 #include "common/core/files.h"
 #include "common/core/version.h"
+#include "common/world/import/import_map.h"
 
 namespace cairn::deploy {
 namespace {
@@ -38,13 +39,19 @@ class Undo {
  public:
   ~Undo() {
     std::error_code ignored;
+    if (!tree_.empty()) fs::remove_all(tree_, ignored);
     for (auto it = made_.rbegin(); it != made_.rend(); ++it) fs::remove(*it, ignored);  // a directory only when empty
   }
   void Made(const fs::path& path) { made_.push_back(path); }
-  void Keep() { made_.clear(); }
+  void MadeTree(const fs::path& path) { tree_ = path; }
+  void Keep() {
+    made_.clear();
+    tree_.clear();
+  }
 
  private:
   std::vector<fs::path> made_;
+  fs::path tree_;
 };
 
 // Makes one directory; false when there is one already.
@@ -75,7 +82,8 @@ T Get(const nlohmann::json& json, const char* key) {
 
 }  // namespace
 
-RunDirectory RunDirectory::Create(const std::string& path, const std::string& name, const std::string& resolved_text) {
+RunDirectory RunDirectory::Create(const std::string& path, const std::string& name, const std::string& resolved_text,
+                                  const std::string& map_file) {
   RunDirectory directory(fs::absolute(path.empty() ? DefaultPath(name) : path).lexically_normal().string());
   while (directory.path_.size() > 1 && directory.path_.back() == '/') directory.path_.pop_back();
   CheckVacant(directory.path_);
@@ -84,6 +92,11 @@ RunDirectory RunDirectory::Create(const std::string& path, const std::string& na
   // Whoever makes this one owns the run, should two start at the same moment.
   if (!MakeDirectory(directory.path_ + "/checkpoints", &undo)) ThrowTaken(directory.path_, "checkpoints");
   MakeDirectory(directory.path_ + "/log", &undo);
+  if (!map_file.empty()) {
+    if (!MakeDirectory(directory.map_folder(), &undo)) ThrowTaken(directory.path_, kMapFolder);
+    undo.MadeTree(directory.map_folder());
+    CopyMap(map_file, directory.map_folder());
+  }
   undo.Made(directory.experiment_file());
   WriteFileAtomically(directory.experiment_file(), resolved_text);
   undo.Keep();
@@ -141,6 +154,7 @@ void WriteRunInfo(const RunDirectory& directory, const RunInfo& info) {
   if (info.bus.ttl > 0) {
     json["join"] = JoinCommand(info.bus);
     json["copy_to_other_hosts"] = nlohmann::json::array({directory.experiment_file()});
+    if (fs::exists(directory.map_folder())) json["copy_to_other_hosts"].push_back(directory.map_folder());
     if (info.bus.key) json["copy_to_other_hosts"].push_back(directory.key_file());
   }
   for (int plane = 0; plane < kNumPlanes; ++plane) {

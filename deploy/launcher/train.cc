@@ -13,6 +13,7 @@
 #include "common/core/hash.h"
 #include "common/core/log.h"
 #include "common/world/distance_field.h"
+#include "common/world/world_variants.h"
 #include "deploy/launcher/cpus.h"
 #include "deploy/launcher/network.h"
 #include "deploy/launcher/port_block.h"
@@ -30,6 +31,10 @@ void CheckActors(const TrainOptions& options, const Experiment& experiment) {
                   experiment.num_vehicles);
 }
 
+bool AnyPlace(const PlaceArguments& place) {
+  return !(place.map.empty() && place.robot.empty() && place.goal.empty() && place.start.empty());
+}
+
 // Either a file or a run to go on with, which has its own.
 void CheckSource(const TrainOptions& options) {
   if (options.resume.empty()) {
@@ -39,6 +44,7 @@ void CheckSource(const TrainOptions& options) {
   const char* other = !options.file.empty()        ? "an experiment file"
                       : !options.run_dir.empty()   ? "--run-dir"
                       : !options.overrides.empty() ? "--set or --seed"
+                      : AnyPlace(options.place)    ? "--map, --robot, --goal or --start"
                                                    : nullptr;
   if (other != nullptr) {
     ThrowUsageError("--resume {}: {} does not go with it; the run has its own experiment.textproto", options.resume,
@@ -50,7 +56,8 @@ std::string ProgramOf(ProcessKind kind) { return SiblingProgram(std::string("cai
 
 // What the planner would refuse, found before anything is written or started. Costs a few milliseconds.
 void CheckWorld(const Experiment& experiment) {
-  const World world = MakeWorld(experiment.world);
+  const World world = MakeWorldVariants(experiment.world, experiment.planner.radius).known;
+  CheckDimension(experiment.vehicle, world);
   const DistanceField field(world, experiment.world.field_resolution);
   planner::CheckPlannable(world, field, experiment.planner, experiment.vehicle.inscribed_radius());
 }
@@ -65,7 +72,8 @@ class Training {
         network_(PrepareNetwork(loaded_.experiment.transport.group, loaded_.experiment.transport.ttl)),
         ports_(PortBlock::Claim(loaded_.experiment.transport.base_port)),
         directory_(options.resume.empty()
-                       ? RunDirectory::Create(options.run_dir, loaded_.experiment.name, loaded_.resolved_text)
+                       ? RunDirectory::Create(options.run_dir, loaded_.experiment.name, loaded_.resolved_text,
+                                              loaded_.experiment.world.map.file)
                        : RunDirectory::Resume(options.resume, loaded_.experiment.total_env_steps)),
         status_line_(stdout, StatusLine::ModeFor(stdout, options.quiet)) {
     log::Init("cairn", directory_.log_file("launcher"));
@@ -105,7 +113,9 @@ class Training {
     if (!options_.resume.empty()) Say("going on from the newest checkpoint");
     if (!ports_.note().empty()) Say(ports_.note());
     if (bus_.ttl > 0) {
-      const char* copied = bus_.key ? "experiment.textproto and key" : "experiment.textproto";
+      std::string copied = "experiment.textproto";
+      if (loaded_.experiment.world.imported != nullptr) copied += ", map";
+      if (bus_.key) copied += " and key";
       Say(fmt::format("other hosts join with copies of the run directory's {}: {}", copied, JoinCommand(bus_)));
     }
     if (bus_.ttl > 0 && !bus_.key) Say("no key: whoever can send to these ports can take part in the run");
@@ -207,7 +217,7 @@ class Training {
 int Train(const TrainOptions& options, const MakeStatusSource& make_status_source) {
   CheckSource(options);
   LoadedExperiment loaded = options.resume.empty()
-                                ? LoadExperiment(options.file, options.overrides)
+                                ? LoadExperiment(options.file, options.overrides, options.place)
                                 : LoadExperiment(RunDirectory::Open(options.resume).experiment_file());
   CheckActors(options, loaded.experiment);
   CheckWorld(loaded.experiment);

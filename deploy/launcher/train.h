@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/bus/bus.h"
+#include "common/config/load.h"
 #include "deploy/launcher/status_line.h"
 
 namespace cairn::deploy {
@@ -18,6 +19,7 @@ struct TrainOptions {
   std::string resume;   ///< run directory to go on in, instead of `file`, `run_dir` and overrides; empty: none
   int actors = 0;       ///< 0: DefaultActors
   std::vector<std::string> overrides;
+  PlaceArguments place;  ///< --map, --robot, --goal, --start
   bool quiet = false;
   bool insecure = false;        ///< no key though other hosts can reach the run (ttl ≥ 1)
   int max_restarts = 10;        ///< of all processes together within a minute

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "common/core/check.h"
+#include "planner/collision/obstacle_buckets.h"
 
 namespace cairn::planner {
 namespace {
@@ -33,47 +34,78 @@ bool Touches(Object* a, Object* b, void* hit) {
   return result.isCollision();
 }
 
+// In the plane everything stands astride z = 0, where the sphere moves, and is taller than the sphere: the nearest
+// point of an obstacle then is the plane's.
+Object MakeObstacle(const World& world, size_t obstacle, double radius) {
+  const bool plane = world.dimension == 2;
+  const double tall = 4 * radius;
+  const auto object = [&](Geometry geometry, Vector3d center) {
+    if (plane) center.z() = 0;
+    return MakeObject(std::move(geometry), center, Eigen::Matrix3d::Identity());
+  };
+  if (obstacle < world.boxes.size()) {
+    const Box& box = world.boxes[obstacle];
+    const Vector3d size = box.size();
+    return object(std::make_shared<fcl::Box<double>>(size.x(), size.y(), plane ? tall : size.z()), box.center());
+  }
+  const Cylinder& c = world.cylinders[obstacle - world.boxes.size()];
+  return object(std::make_shared<fcl::Cylinder<double>>(c.radius, plane ? tall : c.height),
+                c.base + Vector3d(0, 0, 0.5 * c.height));
+}
+
 }  // namespace
 
 struct SweptSphereChecker::Fcl {
+  virtual ~Fcl() = default;
+  virtual bool Free(Object object) = 0;
+};
+
+// All obstacles in a tree.
+struct SweptSphereChecker::Tree : SweptSphereChecker::Fcl {
   std::vector<Object> objects;
   fcl::DynamicAABBTreeCollisionManager<double> manager;
 
-  // In the plane everything stands astride z = 0, where the sphere moves, and is taller than the sphere: the nearest
-  // point of an obstacle then is the plane's.
-  Fcl(const World& world, double radius) {
-    objects.reserve(world.boxes.size() + world.cylinders.size());
-    const auto add = [&](Geometry geometry, Vector3d center) {
-      if (world.dimension == 2) center.z() = 0;
-      objects.push_back(MakeObject(std::move(geometry), center, Eigen::Matrix3d::Identity()));
-    };
-    const double tall = 4 * radius;
-    for (const Box& box : world.boxes) {
-      const Vector3d size = box.size();
-      add(std::make_shared<fcl::Box<double>>(size.x(), size.y(), world.dimension == 2 ? tall : size.z()), box.center());
-    }
-    for (const Cylinder& c : world.cylinders) {
-      add(std::make_shared<fcl::Cylinder<double>>(c.radius, world.dimension == 2 ? tall : c.height),
-          c.base + Vector3d(0, 0, 0.5 * c.height));
-    }
+  Tree(const World& world, double radius) {
+    const size_t count = world.boxes.size() + world.cylinders.size();
+    objects.reserve(count);
+    for (size_t i = 0; i < count; ++i) objects.push_back(MakeObstacle(world, i, radius));
     for (Object& object : objects) manager.registerObject(&object);
     manager.setup();
   }
 
-  bool Free(Object object) {
+  bool Free(Object object) override {
     bool hit = false;
     manager.collide(&object, &hit, &Touches);
     return !hit;
   }
 };
 
+// Obstacles of an imported map, made when they are asked for.
+struct SweptSphereChecker::Buckets : SweptSphereChecker::Fcl {
+  World world;
+  double radius;
+  ObstacleBuckets buckets;
+
+  Buckets(const World& own, double own_radius) : world(own), radius(own_radius), buckets(world) {}
+
+  bool Free(Object object) override {
+    const Box box{object.getAABB().min_, object.getAABB().max_};
+    return !buckets.AnyNear(box, [&](int obstacle) {
+      Object other = MakeObstacle(world, static_cast<size_t>(obstacle), radius);
+      bool hit = false;
+      return Touches(&object, &other, &hit);
+    });
+  }
+};
+
 SweptSphereChecker::SweptSphereChecker(const World& world, double radius, const DistanceField* field)
-    : dimension_(world.dimension),
-      radius_(radius),
-      bounds_(world.bounds),
-      field_(field),
-      fcl_(std::make_unique<Fcl>(world, radius)) {
+    : dimension_(world.dimension), radius_(radius), bounds_(world.bounds), field_(field), fcl_(MakeFcl(world, radius)) {
   CAIRN_CHECK(radius > 0, "radius {}", radius);
+}
+
+std::unique_ptr<SweptSphereChecker::Fcl> SweptSphereChecker::MakeFcl(const World& world, double radius) {
+  if (world.imported) return std::make_unique<Buckets>(world, radius);
+  return std::make_unique<Tree>(world, radius);
 }
 
 SweptSphereChecker::~SweptSphereChecker() = default;

@@ -27,7 +27,10 @@ class SweptSphereChecker {
  private:
   enum class Proof { kFree, kHit, kNone };
   struct Fcl;
+  struct Tree;
+  struct Buckets;
 
+  static std::unique_ptr<Fcl> MakeFcl(const World& world, double radius);
   Proof Trace(const Vector3d& a, const Vector3d& b) const;
   bool InBounds(const Vector3d& p) const;
 

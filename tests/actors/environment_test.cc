@@ -79,6 +79,30 @@ TEST(EnvironmentTest, AWallEndsTheEpisodeWithinTheControlStep) {
   EXPECT_EQ(episode.steps, static_cast<int>(std::ceil(episode.duration / 0.1 - 1e-6)));
 }
 
+// With its feet 6 mm apart it cannot keep upright. Nothing is near, so the clearance stays.
+TEST(EnvironmentTest, AFallEndsTheEpisodeLikeAWall) {
+  Experiment experiment = HallExperiment();
+  experiment.vehicle.kind = VehicleConfig::Kind::kQuadruped;
+  experiment.vehicle.length = 0.06;
+  experiment.vehicle.width = 0.006;
+  experiment.vehicle.max_speed = 0.3;
+  experiment.environment.physics_rate_hz = 120;
+  const auto scene = MakeScene(experiment);
+  Environment environment(scene);
+  environment.ResetEvaluation(
+      StartSet::kTest,
+      FindEvaluationStart(*scene, [](const Pose& p) { return p.x > 1 && p.x < 2 && p.y > 0.4 && p.y < 0.6; }), 0);
+  const Action turn_right(1, -2);
+  StepResult result;
+  do {
+    result = environment.Step(turn_right.data());
+  } while (result.end == SegmentEnd::kNone);
+  EXPECT_EQ(result.end, SegmentEnd::kTerminated);
+  EXPECT_EQ(result.reward, -2);
+  EXPECT_EQ(environment.episode().outcome, Outcome::kCollision);
+  EXPECT_GT(environment.episode().min_clearance, 0.1);
+}
+
 TEST(EnvironmentTest, TheGoalEndsTheEpisodeWithinTheControlStep) {
   const auto scene = MakeScene(HallExperiment());
   Environment environment(scene);

@@ -112,5 +112,32 @@ TEST(SceneTest, RefusesAVehicleThatFitsNowhere) {
   EXPECT_THROW(scene.TrainingStart(0, 0), UsageError);
 }
 
+TEST(SceneTest, EvaluationMeetsWhatTrainingDoesNot) {
+  Experiment experiment;
+  experiment.world.random_blocked_doors = 3;
+  experiment.world.blocked_when = WorldConfig::BlockedWhen::kEvaluation;
+  experiment.world.unseen_obstacles = 4;
+  const std::shared_ptr<const Scene> training = MakeScene(experiment);
+  const std::shared_ptr<const Scene> evaluation = Scene::ForEvaluation(training);
+  ASSERT_NE(training, evaluation);
+  ASSERT_EQ(evaluation->world().boxes.size(), training->world().boxes.size() + 7);
+  for (size_t i = training->world().boxes.size(); i < evaluation->world().boxes.size(); ++i) {
+    const Vector3d middle = evaluation->world().boxes[i].center();
+    EXPECT_LT(evaluation->field().Distance(middle), 0);
+    EXPECT_GT(evaluation->known_field().Distance(middle), evaluation->field().Distance(middle));
+    EXPECT_EQ(evaluation->obstacles().CastRay(middle.x(), middle.y(), 1, 0, 1), 0);
+  }
+  EXPECT_EQ(&evaluation->lookup(), &training->lookup());
+  for (int index = 0; index < 100; ++index) {
+    const Pose start = evaluation->EvaluationStart(StartSet::kTest, index);
+    EXPECT_GT(evaluation->field().Distance({start.x, start.y, 0}), experiment.vehicle.circumscribed_radius());
+  }
+}
+
+TEST(SceneTest, OneSceneServesBothWhenNothingIsClosedOrAdded) {
+  const std::shared_ptr<const Scene> scene = MakeScene(Experiment{});
+  EXPECT_EQ(Scene::ForEvaluation(scene), scene);
+}
+
 }  // namespace
 }  // namespace cairn::actors

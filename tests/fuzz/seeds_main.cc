@@ -4,6 +4,7 @@
 
 #include "common/bus/codec.h"
 #include "learner/checkpoint/checkpoint_file.h"
+#include "tests/fuzz/map_seeds.h"
 
 namespace cairn {
 namespace {
@@ -59,6 +60,7 @@ void WriteAll(const std::filesystem::path& d) {
   Write(d, "LearnerTelemetry", LearnerTelemetry{.phase = "training"});
   Write(d, "ActorTelemetry", ActorTelemetry{.actor_id = 1});
   Write(d, "PlannerTelemetry", PlannerTelemetry{.num_vertices = 3});
+  for (const auto& [target, bytes] : MapSeeds()) Write(d, target, bytes.data(), bytes.size());
   learner::RunState state;
   state.algorithm = {{"policy", {1, 2, 3, 4}}};
   state.coordinator.vehicles.resize(2);

@@ -292,8 +292,10 @@ TEST_F(CoordinatorTest, AReplacedActorGetsTheCreditItsPredecessorHadNotUsed) {
   FakeActor next(experiment_, 0, 1);
   ASSERT_TRUE(next.Join());
   EXPECT_EQ(next.welcome->next_episode, (std::vector<int32_t>{1, 0, 0, 0}));
-  coordinator_->SetAllowed(50, false);
-  ASSERT_TRUE(next.Until([&] { return next.me() && next.me()->credit == 40; }));  // 50 allowed, 10 accepted
+  ASSERT_TRUE(next.Until([&] {
+    coordinator_->SetAllowed(50, false);
+    return next.me() && next.me()->credit == 40;  // 50 allowed, 10 accepted
+  }));
   EXPECT_TRUE(coordinator_->counters().disturbed);
 }
 

@@ -92,6 +92,46 @@ TEST(PictureTest, UnreachableVerticesAreGrey) {
   EXPECT_THAT(svg, Not(HasSubstr("inf")));
 }
 
+// 2 m on 400 px: half pixels of 2.5 mm. A wall of 200 × 80 cells is one rectangle, and a fine grid lies below.
+TEST(PictureTest, ImportedMapsAreOnePathOfMergedHalfPixels) {
+  Scene scene;
+  scene.world.imported = true;
+  scene.world.cylinders.clear();
+  scene.world.boxes.clear();
+  for (int x = 0; x < 200; ++x) {
+    for (int y = 0; y < 80; ++y) {
+      const Vector3d low(1 + 0.0025 * x, 0.005 * y, 0);
+      scene.world.boxes.push_back({low, low + Vector3d(0.0025, 0.005, 0)});
+    }
+  }
+  scene.options.regions = false;
+  const std::string svg = DrawScene(scene.world, nullptr, nullptr, {}, scene.options);
+  EXPECT_THAT(svg, HasSubstr("<path d=\"M262 186h100v80h-100z\"/>"));
+  EXPECT_THAT(svg, HasSubstr("stroke-opacity=\"0.12\""));
+  EXPECT_THAT(svg, Not(HasSubstr(">goal<")));
+  EXPECT_LT(svg.size(), 12000u);
+}
+
+TEST(PictureTest, CorridorsAreDrawnNarrower) {
+  World world;
+  world.imported = true;
+  world.bounds = {Vector3d(0, 0, 0), Vector3d(1, 1000, 0)};
+  world.boxes = {{Vector3d(0.5, 400, 0), Vector3d(1, 600, 0)}};
+  world.start = world.goal = world.bounds;
+  PictureOptions options;
+  options.width = 400;
+  const std::string svg = DrawScene(world, nullptr, nullptr, {}, options);
+  EXPECT_THAT(svg, HasSubstr("height=\"1750\""));  // 1600 px and the margins
+}
+
+TEST(PictureTest, AStartThatIsEverywhereIsNotDrawn) {
+  Scene scene;
+  scene.world.start = scene.world.bounds;
+  const std::string svg = DrawScene(scene.world, nullptr, nullptr, {}, scene.options);
+  EXPECT_THAT(svg, Not(HasSubstr(">start<")));
+  EXPECT_THAT(svg, HasSubstr(">goal<"));
+}
+
 TEST(PictureTest, RefusesWorldsInSpaceAndForeignTables) {
   Scene scene;
   EXPECT_THROW(DrawScene(TwoRooms(3), nullptr, nullptr, {}, scene.options), Error);

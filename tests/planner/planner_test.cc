@@ -160,6 +160,28 @@ TEST(PlannerRejectTest, EtaThatReadsThroughWallsNamesTheLargestThatPasses) {
   EXPECT_EQ(Message(TwoRooms(2), config), "");
 }
 
+// An imported map has no wall thickness to read from its boxes. Between two rooms that only a long way round joins, a
+// vertex just behind the thin wall would look near.
+TEST(PlannerRejectTest, CostsReadThroughTheWallOfAnImportedMapAreFoundBySampling) {
+  World world;
+  world.imported = true;
+  world.bounds = {Vector3d(0, 0, 0), Vector3d(2, 2, 0)};
+  world.boxes = {{Vector3d(0, 1, 0), Vector3d(1.8, 1.01, 0)}};
+  world.start = {Vector3d(0, 0, 0), Vector3d(0.3, 0.3, 0)};
+  world.goal = {Vector3d(0, 1.7, 0), Vector3d(0.3, 2, 0)};
+  PlannerConfig config;
+  config.eta = 0.3;
+  EXPECT_THAT(Message(world, config),
+              testing::AllOf(testing::HasSubstr("planner.eta = 0.3 m: at ("), testing::HasSubstr("behind a wall"),
+                             testing::HasSubstr("= 0.11 m is certain to pass")));
+  config.eta = 0.1;
+  EXPECT_EQ(Message(world, config), "");
+  // What the boxes say would refuse this one, but nothing is read through a wall that stands alone.
+  world.boxes = {{Vector3d(0.6, 1, 0), Vector3d(0.65, 1.01, 0)}};
+  config.eta = 0.25;
+  EXPECT_EQ(Message(world, config), "");
+}
+
 TEST(PlannerRejectTest, SpacingThatCannotCoverIsRefused) {
   PlannerConfig config;
   config.min_spacing = 0.051;

@@ -27,6 +27,9 @@ ENGINES = {
                                                  "learner/metrics/"]),
     "libxsmm": (r"libxsmm", ["common/nn/gemm."]),
     "libsodium": (r"sodium", ["common/bus/"]),
+    "yaml-cpp": (r"yaml-cpp/", ["common/world/import/"]),
+    "libpng": (r"png\.h$", ["common/world/import/"]),
+    "pugixml": (r"pugixml", ["common/world/import/"]),
 }
 
 # Made by the build; not found from the repository root.
@@ -83,6 +86,8 @@ SELF_TEST = {
     "common/nn/policy.cc": ('\n#include <libxsmm.h>\n', "libxsmm is for"),
     "deploy/key.cc": ('#include <sodium.h>\n', "libsodium is for"),
     "tests/learner/ode_test.cc": ('#include <ode/ode.h>\n', "ODE is for"),
+    "common/world/import/png.cc": ('#include <png.h>\n', None),
+    "common/world/map.cc": ('#include <yaml-cpp/yaml.h>\n', "yaml-cpp is for"),
     "actors/relative.cc": ('#include "../common/core/a.h"\n', "start at the repository root"),
     "actors/gone.cc": ('#include "common/core/gone.h"\n', "no such file"),
 }

@@ -92,11 +92,14 @@ TEST(FromProtoTest, ListsReachTheStruct) {
   message.mutable_world()->add_obstacles()->mutable_max()->set_y(3);
   ASSERT_EQ(FromProto(message).world.obstacles.size(), 1u);
   EXPECT_EQ(FromProto(message).world.obstacles[0].max[1], 3);
+  message.mutable_world()->add_cylinders()->mutable_base()->set_y(4);
+  ASSERT_EQ(FromProto(message).world.cylinders.size(), 1u);
+  EXPECT_EQ(FromProto(message).world.cylinders[0].base[1], 4);
 }
 
 TEST(FromProtoTest, StructDefaultsAreThoseOfTheSchema) {
   Draft draft;
-  Resolve(&draft);
+  Resolve(&draft, nullptr);
   Experiment resolved = FromProto(draft.message);
   const Experiment plain;
   // The lengths that follow from the vehicle are rounded in the struct.
@@ -104,13 +107,14 @@ TEST(FromProtoTest, StructDefaultsAreThoseOfTheSchema) {
   resolved.planner.min_spacing = plain.planner.min_spacing;
   resolved.planner.radius = plain.planner.radius;
   resolved.vehicle.scan.range = plain.vehicle.scan.range;
+  resolved.world.unseen_obstacle_size = plain.world.unseen_obstacle_size;
   resolved.observation = plain.observation;
   EXPECT_EQ(resolved, plain);
 }
 
 TEST(FromProtoTest, DefaultsOfTheSchemaKeepItsOwnRanges) {
   Draft draft;
-  Resolve(&draft);
+  Resolve(&draft, nullptr);
   EXPECT_NO_THROW(CheckRanges(draft));
 }
 

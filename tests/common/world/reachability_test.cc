@@ -48,9 +48,19 @@ TEST(ReachabilityTest, ADoorNarrowerThanTheRobotDoesNot) {
 
 TEST(ReachabilityTest, AGoalInsideAWallIsNamed) {
   World world = TwoRooms(0.1);
-  world.goal = {Vector3d(1.01, 0.1, 0), Vector3d(1.04, 0.2, 0)};
-  EXPECT_THAT(Message(world, 0.03),
-              testing::HasSubstr("world.goal [1.01, 1.04] × [0.1, 0.2] m: no point of it is free"));
+  world.goal = {Vector3d(1.01, 0.1, 0), Vector3d(1.03, 0.2, 0)};
+  EXPECT_THAT(Message(world, 0.033),
+              testing::AllOf(testing::HasSubstr("world.goal [1.01, 1.03] × [0.1, 0.2] m: no point of it is free"),
+                             testing::HasSubstr("the nearest point that is: 0.96,0.15")));
+}
+
+// 0.06 from the walls leave 0.88 of the rooms' height, 0.88 of one's width and 0.83 of the other's, and a little at the
+// door.
+TEST(ReachabilityTest, SharesOfFreeSpaceAreCountedInNodes) {
+  const World world = TwoRooms(0.1);
+  const DistanceField field(world, 0.01);
+  EXPECT_NEAR(Reachability(world, field, 0.06).share(), 84.0 / (84 + 89), 1e-3);
+  EXPECT_EQ(Reachability(world, field, 0.04).share(), 1);
 }
 
 TEST(ReachabilityTest, AStartInsideAWallIsNamed) {

@@ -50,6 +50,24 @@ TEST_F(BadInputTest, CommandLine) {
   ExpectRefused({{"train", "/nonexistent.textproto"}, {"/nonexistent.textproto", "No such file"}});
 }
 
+TEST_F(BadInputTest, Maps) {
+  const std::string navigate = CAIRN_SOURCE_DIR "/deploy/experiments/navigate.textproto";
+  WriteText(directory_ / "m.yaml", "image: m.pgm\nresolution: 50\n");
+  WriteText(directory_ / "room.map", "type octile\nheight 1\nwidth 3\nmap\n...\n");
+  const std::string yaml = directory_ / "m.yaml", map = directory_ / "room.map";
+  ExpectRefused({{"train", navigate, "--map", yaml, "--goal", "1,1"}, {"m.yaml:2: resolution = 50", "metres"}});
+  ExpectRefused({{"train", navigate, "--map", map}, {"world.goal is missing", "--goal X,Y"}});
+  ExpectRefused({{"train", navigate, "--map", map, "--goal", "1"}, {"--goal 1", "X,Y"}});
+  ExpectRefused({{"train", navigate, "--map", map, "--goal", "-1,0.5"}, {"world.goal_point: x = -1 m"}});
+  ExpectRefused({{"train", navigate, "--robot", "/none"}, {"--robot /none", "No such file"}});
+  ExpectRefused({{"train", "--resume", "/none", "--goal", "1,1"}, {"--map, --robot, --goal or --start"}});
+  std::string tree = "# Octomap OcTree binary file\nid OcTree\nsize 17\nres 0.05\ndata\n";
+  for (int level = 0; level < 15; ++level) tree += std::string("\x03\x00", 2);
+  WriteText(directory_ / "a.bt", tree + "UU");  // eight free voxels
+  ExpectRefused({{"train", navigate, "--map", directory_ / "a.bt", "--goal", "-1638.35,-1638.35,-1638.35"},
+                 {"but the world is in space; world.slice_min", "world.slice_min"}});
+}
+
 TEST_F(BadInputTest, Experiment) {
   ExpectTrainRefused("learner { batchsize: 3 }", {"car.textproto:1", "learner.batchsize", "learner.batch_size"});
   ExpectTrainRefused("learner { batch_size: many }", {"car.textproto:1", "learner.batch_size", "many"});

@@ -63,6 +63,69 @@ TEST_F(PlanTest, TextNamesTheSameFigures) {
   }
 }
 
+constexpr const char* kNavigate = CAIRN_SOURCE_DIR "/deploy/experiments/navigate.textproto";
+constexpr const char* kBurger = CAIRN_SOURCE_DIR "/deploy/robots/turtlebot3_burger.textproto";
+
+// Two rooms of 3 × 3 m and a door of 1 m between them, in the frame of a map_server file.
+class PlanMapTest : public PlanTest {
+ protected:
+  PlanMapTest() {
+    std::string image = "P5\n64 34\n255\n";
+    for (int y = 0; y < 34; ++y) {
+      for (int x = 0; x < 64; ++x) {
+        const bool border = x < 2 || y < 2 || x >= 62 || y >= 32, wall = x >= 31 && x < 33 && (y < 12 || y >= 22);
+        image += border || wall ? '\0' : '\xfe';
+      }
+    }
+    WriteText(directory_ / "floor.pgm", image);
+    WriteText(map_,
+              "image: floor.pgm\nresolution: 0.1\norigin: [-1, -2, 0]\nnegate: 0\noccupied_thresh: 0.65\n"
+              "free_thresh: 0.196\n");
+  }
+
+  ProgramResult PlanMap(std::vector<std::string> more) {
+    std::vector<std::string> arguments{CAIRN_PROGRAM, "plan", kNavigate, "--map", map_, "--robot", kBurger};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunProgram(arguments);
+  }
+
+  const std::string map_ = directory_ / "floor.yaml";
+};
+
+TEST_F(PlanMapTest, AMapWithoutAGoalIsDrawnWithItsGrid) {
+  const ProgramResult result = PlanMap({"--svg", directory_ / "floor.svg"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::HasSubstr("x -0.90 to 5.30, y -1.90 to 1.30 m"));
+  EXPECT_THAT(result.out, testing::HasSubstr("--goal X,Y"));
+  const std::string picture = ReadText(directory_ / "floor.svg");
+  EXPECT_THAT(picture, testing::HasSubstr(">2<"));  // a labelled metre
+  EXPECT_THAT(picture, testing::Not(testing::HasSubstr(">goal<")));
+}
+
+TEST_F(PlanMapTest, AGoalInTheOtherRoomIsReachedThroughTheDoor) {
+  const ProgramResult result =
+      PlanMap({"--goal", "4.8,0.8", "--start", "-0.4,0.8", "--json", "--set", "planner.eta=0.4"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const auto json = nlohmann::ordered_json::parse(result.out);
+  EXPECT_EQ(json.at("goal_reached_from"), 1);
+  EXPECT_EQ(json.at("components"), 1);
+  // Straight it would be 5.2 m less two half regions; the door adds little.
+  EXPECT_GT(json.at("path_length"), 4.5);
+  EXPECT_LT(json.at("path_length"), 6.5);
+}
+
+TEST_F(PlanMapTest, GoalsThatCannotBeAreRefusedWithTheNearestPointThatCan) {
+  const auto error = [&](const std::string& goal) {
+    const ProgramResult result = PlanMap({"--goal", goal});
+    EXPECT_EQ(result.exit_code, 2) << goal;
+    return result.err;
+  };
+  // In the wall x = 2.1 … 2.3: free is what keeps 1.2 · 0.074 m from it.
+  EXPECT_THAT(error("2.15,-1"), testing::HasSubstr("no point of it is free for a radius of 0.126 m"));
+  EXPECT_THAT(error("2.15,-1"), testing::HasSubstr("the nearest point that is: 1.96,-1"));
+  EXPECT_THAT(error("77,0"), testing::HasSubstr("world.goal_point: x = 77 m lies outside the world"));
+}
+
 TEST_F(PlanTest, PictureThatCannotBeWrittenIsAnError) {
   const ProgramResult result = RunProgram({CAIRN_PROGRAM, "plan", kCarMaze, "--svg", directory_ / "no/such.svg"});
   EXPECT_EQ(result.exit_code, 1);

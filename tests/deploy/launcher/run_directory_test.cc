@@ -53,6 +53,15 @@ TEST_F(RunDirectoryTest, RunIsNeverOverwritten) {
   EXPECT_EQ(ReadText(directory_ / "run/experiment.textproto"), "seed: 1\n");
 }
 
+TEST_F(RunDirectoryTest, AMapIsCopiedOrNothingIsLeft) {
+  const std::string map = directory_ / "floor.map";
+  WriteText(map, "type octile\nheight 1\nwidth 1\nmap\n.\n");
+  const RunDirectory run = RunDirectory::Create(directory_ / "run", "floor", "seed: 1\n", map);
+  EXPECT_EQ(ReadText(run.map_folder() + "/floor.map"), ReadText(map));
+  EXPECT_THROW(RunDirectory::Create(directory_ / "other", "floor", "seed: 1\n", directory_ / "none.map"), UsageError);
+  EXPECT_FALSE(fs::exists(directory_ / "other"));
+}
+
 TEST_F(RunDirectoryTest, OtherFilesAreLeftAlone) {
   fs::create_directory(directory_ / "run");
   WriteText(directory_ / "run/roadmap.svg", "<svg/>");

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "common/world/import/cell_grid.h"
+
+namespace cairn {
+
+/// An OctoMap binary tree (.bt). Without a slice the voxels around its free ones; with it a plane map: a cell is
+/// occupied when a voxel within the slice is, else free when one is free, else unknown (as octomap_server projects).
+/// Own reader: octomap's recurses as deep as the file says and goes on with what it could not read. Throws UsageError
+/// naming `file` and what is wrong.
+CellGrid ReadOctomap(std::string_view bytes, const std::string& file, const std::optional<Slice>& slice,
+                     int64_t max_cells);
+
+}  // namespace cairn

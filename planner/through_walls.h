@@ -1,0 +1,17 @@
+#pragma once
+
+#include "common/config/experiment.h"
+#include "common/roadmap/roadmap.h"
+#include "common/world/distance_field.h"
+#include "common/world/world.h"
+
+namespace cairn::planner {
+
+/// Checks by sampling that costs are not read through the walls of an imported map, whose thickness no box tells: from
+/// no free point may the cheapest vertex within r_ball lie out of sight and be cheaper by more than 2 r_ball than what
+/// is in sight. Nothing is sampled where r_ball < planner.radius + inscribed_radius [m] proves it for walls however
+/// thin. Throws UsageError with the point and the largest eta that is certain to pass.
+void CheckCostsBehindWalls(const World& world, const DistanceField& field, const Roadmap& roadmap,
+                           const CostTable& table, const PlannerConfig& config, double inscribed_radius);
+
+}  // namespace cairn::planner
