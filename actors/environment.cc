@@ -166,11 +166,15 @@ void Environment::ResetTraining(int vehicle, int episode, int start_episode) {
 }
 
 void Environment::ResetEvaluation(StartSet set, int index, int evaluation) {
+  ResetEvaluation(set, index, evaluation, scene_->EvaluationStart(set, index));
+}
+
+void Environment::ResetEvaluation(StartSet set, int index, int evaluation, const Pose& start) {
   EpisodeResult next;
   next.set = set;
   next.vehicle = index;
   next.episode = evaluation;
-  Start(next, scene_->EvaluationStart(set, index), EvaluationSteps(scene_->experiment(), scene_->d_min_scale()));
+  Start(next, start, EvaluationSteps(scene_->experiment(), scene_->d_min_scale()));
 }
 
 void Environment::Start(const EpisodeResult& next, const Pose& start, int step_limit) {

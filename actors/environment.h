@@ -36,6 +36,9 @@ class Environment {
   /// Starts evaluation from start `index` of `set`; `evaluation` numbers the check. Step limit EvaluationSteps.
   void ResetEvaluation(StartSet set, int index, int evaluation);
 
+  /// The same from a pose of the caller's, with the disturbances of that start.
+  void ResetEvaluation(StartSet set, int index, int evaluation, const Pose& start);
+
   /// Writes ObservationSize(experiment) floats.
   void Observe(float* observation) const;
 

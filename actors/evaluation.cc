@@ -24,7 +24,12 @@ EvaluationBatch::EvaluationBatch(const std::shared_ptr<const Scene>& scene, Star
 bool EvaluationBatch::Begin(Slot& slot) {
   if (next_ == starts_.size()) return false;
   slot.start = next_++;
-  slot.environment->ResetEvaluation(set_, starts_[slot.start], options_.evaluation);
+  const int start = starts_[slot.start];
+  if (options_.poses.empty()) {
+    slot.environment->ResetEvaluation(set_, start, options_.evaluation);
+  } else {
+    slot.environment->ResetEvaluation(set_, start, options_.evaluation, options_.poses.at(static_cast<size_t>(start)));
+  }
   Record(slot);
   return true;
 }

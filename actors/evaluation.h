@@ -22,6 +22,8 @@ struct EvaluationOptions {
   int64_t policy_version = 0;  ///< copied into the results
   int max_batch = 32;          ///< episodes that run at the same time
   bool record = false;         ///< keep trajectories
+  /// When not empty: start i is poses[i] instead of the set's.
+  std::vector<Pose> poses;
 };
 
 /// Rolls out a list of evaluation starts as one batch; as soon as an episode ends the next start takes its place. The

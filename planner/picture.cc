@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <numeric>
 
 #include "common/core/check.h"
@@ -71,11 +72,14 @@ class Painter {
     scale_ = options.width / world.bounds.size().x();
     height_ = scale_ * world.bounds.size().y();
     max_cost_ = table_ ? std::max(table_->max_cost(), 1e-6f) : 1;
+    scale_high_ = max_cost_;
+    if (options.values) SetScaleOf(options.values->values);
   }
 
   std::string Paint(const std::vector<Trajectory>& trajectories) {
     Open();
     DrawCostField();
+    DrawValues();
     DrawGrid();
     DrawRegions();
     DrawWalls();
@@ -131,6 +135,54 @@ class Painter {
     Add("</g>\n");
   }
 
+  // Cells of one step of the colour scale share a path; neighbours in a row are one rectangle. Whole pixels, so that
+  // nothing shows between them.
+  void DrawValues() {
+    if (!options_.values) return;
+    const ValueMap& map = *options_.values;
+    const auto x = [&](int column) { return std::lround(X(world_.bounds.min.x() + column * map.cell)); };
+    const auto y = [&](int row) { return std::lround(Y(world_.bounds.min.y() + row * map.cell)); };
+    std::array<std::string, kColors> paths;
+    for (int row = 0; row < map.rows; ++row) {
+      const auto step = [&](int column) { return column < map.columns ? ValueStep(row, column) : -1; };
+      for (int column = 0, end; column < map.columns; column = end) {
+        end = column + 1;
+        while (step(end) == step(column) && end < map.columns) ++end;
+        if (step(column) < 0) continue;
+        paths[step(column)] += fmt::format("M{0} {1}H{2}V{3}H{0}z", x(column), y(row), x(end), y(row + 1));
+      }
+    }
+    Add("<g shape-rendering=\"crispEdges\" clip-path=\"url(#map)\">\n");
+    for (int i = 0; i < kColors; ++i) {
+      if (!paths[i].empty()) Add("<path fill=\"{}\" d=\"{}\"/>\n", ValueColor(i), paths[i]);
+    }
+    Add("</g>\n");
+  }
+
+  // Step of a cell's value on the colour scale, -1 where it has none.
+  int ValueStep(int row, int column) const {
+    const ValueMap& map = *options_.values;
+    const double value = map.values[static_cast<size_t>(row) * map.columns + column];
+    if (!std::isfinite(value)) return -1;
+    return std::clamp(static_cast<int>((value - scale_low_) / (scale_high_ - scale_low_) * kColors), 0, kColors - 1);
+  }
+
+  // High values have the colour of low costs.
+  std::string ValueColor(int step) const { return CostColor(1 - (step + 0.5) / kColors); }
+
+  // The range of colours is that of the finite values.
+  void SetScaleOf(const std::vector<float>& values) {
+    scale_low_ = std::numeric_limits<double>::infinity();
+    scale_high_ = -scale_low_;
+    for (const double value : values) {
+      if (!std::isfinite(value)) continue;
+      scale_low_ = std::min(scale_low_, value);
+      scale_high_ = std::max(scale_high_, value);
+    }
+    if (scale_low_ > scale_high_) scale_low_ = scale_high_ = 0;
+    if (scale_high_ - scale_low_ < 1e-6) scale_high_ = scale_low_ + 1e-6;
+  }
+
   // Ten lines to a labelled one, to read coordinates from.
   void DrawFineGrid() {
     const Vector3d low = world_.bounds.min, high = world_.bounds.max;
@@ -170,6 +222,7 @@ class Painter {
   }
 
   void DrawRegion(const Box& box, const char* label, const char* color) {
+    if (box.size().x() <= 0) return;  // not in this slice of a world
     AddBox(box, fmt::format("fill=\"{0}\" fill-opacity=\"0.14\" stroke=\"{0}\" stroke-width=\"2\"", color));
     const double size = std::clamp(0.2 * box.size().x() * scale_, 9.0, 26.0);
     labels_ += fmt::format(
@@ -315,22 +368,23 @@ class Painter {
   }
 
   void DrawColorBar() {
-    if (!table_) return;
+    if (!table_ && !options_.values) return;
     const double x = kLeft + options_.width + 22, width = 16;
     Add("<g shape-rendering=\"crispEdges\">\n");
     for (int i = 0; i < kColors; ++i) {
       Add("<rect x=\"{:.1f}\" y=\"{:.2f}\" width=\"{:.1f}\" height=\"{:.2f}\" fill=\"{}\"/>\n", x,
-          kTop + height_ * (kColors - 1 - i) / kColors, width, height_ / kColors + 0.5, CostColor((i + 0.5) / kColors));
+          kTop + height_ * (kColors - 1 - i) / kColors, width, height_ / kColors + 0.5,
+          options_.values ? ValueColor(i) : CostColor((i + 0.5) / kColors));
     }
     Add("</g>\n<g font-size=\"13\">\n");
-    for (const double cost : Ticks(0, max_cost_, std::max(3.0, height_ / 70))) {
-      const double y = kTop + height_ * (1 - cost / max_cost_);
+    for (const double tick : Ticks(scale_low_, scale_high_, std::max(3.0, height_ / 70))) {
+      const double y = kTop + height_ * (1 - (tick - scale_low_) / (scale_high_ - scale_low_));
       Add("<path d=\"M{:.1f} {:.1f}h5\" stroke=\"{}\"/><text x=\"{:.1f}\" y=\"{:.1f}\">{:.6g}</text>\n", x + width, y,
-          kInk, x + width + 9, y + 4.5, cost);
+          kInk, x + width + 9, y + 4.5, tick);
     }
     Add("<text transform=\"translate({:.1f} {:.1f}) rotate(-90)\" text-anchor=\"middle\" font-style=\"italic\">"
-        "cost-to-go [m]</text>\n</g>\n",
-        x + width + 49, kTop + height_ / 2);
+        "{}</text>\n</g>\n",
+        x + width + 49, kTop + height_ / 2, options_.values ? Escape(options_.values->label) : "cost-to-go [m]");
   }
 
   // Below the map: the optimal path with its length, then each outcome with its count.
@@ -359,7 +413,9 @@ class Painter {
   double height_;           // of the map [px]
   double max_cost_;         // [m]
   double path_length_ = 0;  // [m]
-  std::string labels_;      // drawn last
+  double scale_low_ = 0;    // of the colour bar
+  double scale_high_;
+  std::string labels_;  // drawn last
   std::string svg_;
 };
 

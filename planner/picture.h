@@ -6,6 +6,7 @@
 #include "common/rl/episode.h"
 #include "common/roadmap/roadmap.h"
 #include "common/world/world.h"
+#include "planner/value_map.h"
 
 namespace cairn::planner {
 
@@ -16,12 +17,13 @@ struct Trajectory {
 };
 
 struct PictureOptions {
-  std::string title;         ///< bold, above the map
-  std::string subtitle;      ///< small, below the title
-  double width = 760;        ///< of the map without margins [px]
-  double r_ball = 0;         ///< > 0: tints free space by D(s) with this radius [m]
-  bool regions = true;       ///< draws start and goal
-  bool optimal_path = true;  ///< draws OptimalPath when there is a roadmap with a table
+  std::string title;                 ///< bold, above the map
+  std::string subtitle;              ///< small, below the title
+  double width = 760;                ///< of the map without margins [px]
+  double r_ball = 0;                 ///< > 0: tints free space by D(s) with this radius [m]
+  bool regions = true;               ///< draws start and goal
+  bool optimal_path = true;          ///< draws OptimalPath when there is a roadmap with a table
+  const ValueMap* values = nullptr;  ///< coloured cells below the walls with a colour bar of their own; without a table
 };
 
 /// SVG of a plane world to metric scale: walls, start and goal, the roadmap coloured by cost-to-go with its colour bar,

@@ -95,6 +95,9 @@ void AddEval(CLI::App* app, Commands* commands) {
   command->add_option("--policy", options->policy, "best or last (default: best if there is one)")
       ->check(CLI::IsMember({"best", "last"}));
   command->add_option("--svg", options->svg, "Picture of the driven paths to write");
+  command->add_option("--q-map", options->q_map, "Picture of what the critics expect from each place");
+  command->add_option("--score-map", options->score_map, "Picture of how soon the goal is reached from each place");
+  command->add_option("--height", options->height, "Of maps through a world in space [m] (default: the middle)");
   command->add_option("--html", options->html, "Interactive page of the driven paths to write, also in space");
   command->add_flag("--json", options->json, "Print one JSON object");
   command->callback([options, commands] { commands->run = [options] { return Eval(*options); }; });

@@ -16,6 +16,7 @@
 #include "common/rl/summary.h"
 #include "deploy/launcher/planned_world.h"
 #include "deploy/launcher/run_directory.h"
+#include "deploy/launcher/value_maps.h"
 #include "planner/page/page.h"
 #include "planner/picture.h"
 
@@ -179,6 +180,10 @@ int Eval(const EvalOptions& options) {
   }
   if (!options.html.empty()) {
     WritePage(planned, experiment, title, subtitle, ToPicture(trajectories, results), options.html);
+  }
+  if (!options.q_map.empty()) WriteQMap(run, *scene, options.policy, options.height, options.q_map);
+  if (!options.score_map.empty()) {
+    WriteScoreMap(scene, *driver.controller, evaluation, driver.name, options.height, options.score_map);
   }
   options.json ? PrintJson(summary, options, experiment) : PrintText(summary, driver.name, experiment);
   return 0;

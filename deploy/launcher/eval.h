@@ -15,6 +15,9 @@ struct EvalOptions {
   std::string policy;                 ///< best or last; empty: the best if there is one, else the last
   std::string svg;                    ///< picture of the driven paths; empty: none
   std::string html;                   ///< interactive page of the driven paths; empty: none
+  std::string q_map;                  ///< picture of what the critics expect; empty: none
+  std::string score_map;              ///< picture of how soon the goal is reached from everywhere; empty: none
+  std::optional<double> height;       ///< of the maps' slice through a world in space [m]; left out: the middle
   bool json = false;
 };
 
