@@ -160,9 +160,11 @@ int Eval(const EvalOptions& options) {
   const Driver driver = MakeDriver(options, run, loaded);
   if (options.seed) loaded.experiment.seed = *options.seed;
   const Experiment& experiment = loaded.experiment;
-  const PlannedWorld planned = PlanWorld(experiment, experiment.planner);
+  PlannedWorld planned = PlanWorld(experiment, experiment.planner);
   auto scene = std::make_shared<actors::Scene>(experiment);
   scene->SetTable(planned.MakeLookup());
+  const std::shared_ptr<const actors::Scene> met = actors::Scene::ForEvaluation(scene);
+  planned.world = met->world();  // pictures show also what the planner was not told of
 
   const int trials = options.trials > 0 ? options.trials : experiment.evaluation.test_starts;
   actors::EvaluationOptions evaluation;
@@ -181,9 +183,9 @@ int Eval(const EvalOptions& options) {
   if (!options.html.empty()) {
     WritePage(planned, experiment, title, subtitle, ToPicture(trajectories, results), options.html);
   }
-  if (!options.q_map.empty()) WriteQMap(run, *scene, options.policy, options.height, options.q_map);
+  if (!options.q_map.empty()) WriteQMap(run, *met, options.policy, options.height, options.q_map);
   if (!options.score_map.empty()) {
-    WriteScoreMap(scene, *driver.controller, evaluation, driver.name, options.height, options.score_map);
+    WriteScoreMap(met, *driver.controller, evaluation, driver.name, options.height, options.score_map);
   }
   options.json ? PrintJson(summary, options, experiment) : PrintText(summary, driver.name, experiment);
   return 0;

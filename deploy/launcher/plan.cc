@@ -78,15 +78,24 @@ void WritePicture(const PlannedWorld& planned, const std::string& name, const st
   WriteFileAtomically(file, planner::DrawScene(planned.world, &planned.built.roadmap, &planned.table, {}, picture));
 }
 
+constexpr const char* kNoGoal = "no goal yet: give one as --goal X,Y";
+
 // A map without a goal: its picture is what one reads the goal from.
 int PlanMapOnly(const PlanOptions& options, const Experiment& experiment) {
   const World world = MakeWorldWithoutGoal(experiment.world);
   if (!options.svg.empty()) {
     planner::PictureOptions picture;
     picture.title = experiment.name;
-    picture.subtitle = "no goal yet: give one as --goal X,Y";
+    picture.subtitle = kNoGoal;
     picture.regions = false;
     WriteFileAtomically(options.svg, planner::DrawScene(world, nullptr, nullptr, {}, picture));
+  }
+  if (!options.html.empty()) {
+    planner::PageOptions page;
+    page.title = experiment.name;
+    page.subtitle = kNoGoal;
+    page.regions = false;
+    WriteFileAtomically(options.html, planner::MakePage(world, nullptr, nullptr, {}, page));
   }
   if (options.json) {
     nlohmann::ordered_json json;

@@ -135,7 +135,7 @@ void Write(const Section& section, const planner::ValueMap& map, const std::stri
 // Along the roadmap, as far as the nearer look-ahead point; 0 for a vehicle that keeps its yaw.
 double HeadingFrom(const actors::Scene& scene, const Vector3d& p) {
   const ObservationConfig& config = scene.experiment().observation;
-  const int entry = scene.lookup().EntryVertex(p, scene.field(), config.look_ahead_clearance);
+  const int entry = scene.lookup().EntryVertex(p, scene.known_field(), config.look_ahead_clearance);
   if (entry < 0 || !scene.experiment().vehicle.turns()) return 0;
   const Vector3d gap = scene.lookup().PointAlong(p, entry, config.look_ahead_near) - p;
   return std::atan2(gap.y(), gap.x());

@@ -11,7 +11,8 @@
 namespace cairn::deploy {
 
 // Pictures of a number for each place of a plane world, or of a horizontal slice through one in space at `height` [m]
-// (left out: its middle). `scene` has a table. They throw UsageError for a height outside the world.
+// (left out: its middle). `scene` is one of evaluation (Scene::ForEvaluation) with a table. They throw UsageError for a
+// height outside the world.
 
 /// Q(s, π(s)), the smaller of both critics, for a vehicle at rest: the observation is an episode's first one without
 /// noise, D_min = D(s), the mean over those of eight headings in which the footprint touches nothing. Networks come

@@ -58,7 +58,7 @@ World Raise(World world) {
   return world;
 }
 
-Json WorldJson(const World& world) {
+Json WorldJson(const World& world, bool regions) {
   const World raised = Raise(world);
   Json boxes = Json::array(), cylinders = Json::array();
   for (const Box& box : raised.boxes) {
@@ -70,8 +70,14 @@ Json WorldJson(const World& world) {
     cylinders.push_back(Round(cylinder.radius));
     cylinders.push_back(Round(cylinder.height));
   }
-  return {{"dimension", world.dimension}, {"bounds", ToJson(raised.bounds)}, {"start", ToJson(raised.start)},
-          {"goal", ToJson(raised.goal)},  {"boxes", std::move(boxes)},       {"cylinders", std::move(cylinders)}};
+  Json out = {{"dimension", world.dimension},
+              {"bounds", ToJson(raised.bounds)},
+              {"boxes", std::move(boxes)},
+              {"cylinders", std::move(cylinders)}};
+  if (!regions) return out;
+  out["start"] = ToJson(raised.start);
+  out["goal"] = ToJson(raised.goal);
+  return out;
 }
 
 // Costs are -1 where the goal cannot be reached and left out without a table.
@@ -146,7 +152,7 @@ std::string MakePage(const World& world, const Roadmap* roadmap, const CostTable
   if (roadmap && table && static_cast<int>(table->cost.size()) != roadmap->num_vertices()) {
     ThrowError("page: cost table of {} vertices, roadmap of {}", table->cost.size(), roadmap->num_vertices());
   }
-  Json data = {{"title", options.title}, {"subtitle", options.subtitle}, {"world", WorldJson(world)}};
+  Json data = {{"title", options.title}, {"subtitle", options.subtitle}, {"world", WorldJson(world, options.regions)}};
   if (roadmap) data["roadmap"] = RoadmapJson(*roadmap, table);
   if (roadmap && table && options.optimal_path) data["path"] = PathJson(OptimalPath(world, *roadmap, *table));
   data["trajectories"] = TrajectoriesJson(trajectories);

@@ -12,6 +12,7 @@ struct PageOptions {
   std::string subtitle;       ///< small, below the heading
   double vehicle_radius = 0;  ///< of the spheres that drive the trajectories [m]
   double step = 0.1;          ///< time between two points of a trajectory [s]
+  bool regions = true;        ///< draws start and goal
   bool optimal_path = true;   ///< draws OptimalPath when there is a roadmap with a table
 };
 

@@ -182,6 +182,7 @@ function makeWalls() {
 }
 
 function makeRegion(name, numbers, color) {
+  if (!numbers) return null;
   const b = box(numbers), s = b.getSize(new THREE.Vector3());
   const wide = s.x * s.y * s.z > 0.2 * size.x * size.y * size.z;  // would tint all that is seen through it
   const opacity = wide ? 0.02 : 0.16;
@@ -475,8 +476,8 @@ function main() {
   if (roadmap) addSlider(addSwitch('Roadmap', roadmap.group), 0.05, 1, outcomes.length ? 0.3 : 1, roadmap.setOpacity);
   if (path) addSwitch('Optimal path, ' + data.path.length.toFixed(2) + ' m', path, PATH);
   for (const outcome of outcomes) addSwitch(outcome.ways.length + ' × ' + outcome.name, outcome.group, outcome.color);
-  addSwitch('Start', start, START);
-  addSwitch('Goal', goal, GOAL);
+  if (start) addSwitch('Start', start, START);
+  if (goal) addSwitch('Goal', goal, GOAL);
   addSwitch('Grid and axes', frame);
   if (!plane) {
     renderer.clippingPlanes = [cut];

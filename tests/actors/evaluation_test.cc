@@ -85,6 +85,19 @@ TEST(EvaluationTest, TrajectoriesBeginAtTheStartAndHaveAPointPerStep) {
   }
 }
 
+TEST(EvaluationTest, PosesOfTheCallersTakeThePlaceOfTheSets) {
+  const auto scene = MakeScene(HallExperiment());
+  Wanderer wanderer;
+  EvaluationOptions options;
+  options.poses = {{0.2, 0.5, 1.5}, {2.0, 0.25, -1.0}};
+  std::vector<Trajectory> trajectories;
+  const auto results = RunEpisodes(scene, StartSet::kTest, {1, 0}, wanderer, options, &trajectories);
+  ASSERT_EQ(results.size(), 2u);
+  EXPECT_EQ(trajectories[0].front(), (std::array<float, 3>{2.0f, 0.25f, 0}));
+  EXPECT_EQ(trajectories[1].front(), (std::array<float, 3>{0.2f, 0.5f, 0}));
+  EXPECT_EQ(results[0].vehicle, 1);
+}
+
 TEST(EvaluationTest, NoStartsNoResults) {
   const auto scene = MakeScene(Experiment{});
   Wanderer wanderer;

@@ -3,12 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "common/config/load.h"
 #include "common/core/random.h"
 #include "common/nn/policy.h"
+#include "learner/algorithms/algorithm.h"
+#include "learner/checkpoint/checkpoint_file.h"
 #include "tests/deploy/launcher/test_support.h"
 
 namespace cairn::deploy {
@@ -50,6 +53,21 @@ class EvalTest : public testing::Test {
   nlohmann::json Json(const ProgramResult& result) {
     EXPECT_EQ(result.exit_code, 0) << result.err;
     return nlohmann::json::parse(result.out);
+  }
+
+  // A checkpoint at 500 env steps, with networks of the last policy and, if asked, of a best one at 400.
+  void SaveCheckpoint(bool knows_best) {
+    LearnerConfig config = loaded_.experiment.learner;
+    config.net_arch = {16};
+    const PolicyShape shape{
+        PolicyShape::Head::kGaussian, ObservationSize(loaded_.experiment), kCarActions, {16}, false};
+    learner::RunState state;
+    state.env_steps = 500;
+    state.algorithm = learner::MakeAlgorithm(config, shape, 1)->Save();
+    state.evaluation.best = {7, 400, {}};
+    if (knows_best) state.candidates[7] = learner::MakeAlgorithm(config, shape, 2)->Save();
+    const std::string path = directory_ / "checkpoints/checkpoint-000000000500.ckpt";
+    WriteText(path, learner::EncodeCheckpoint(state));
   }
 
   TemporaryDirectory directory_;
@@ -94,6 +112,53 @@ TEST_F(EvalTest, PictureShowsThePaths) {
   const ProgramResult result = RunEval({"--controller", "pure_pursuit", "--svg", directory_ / "paths.svg"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(ReadText(directory_ / "paths.svg"), testing::AllOf(HasSubstr("pure pursuit"), HasSubstr("</svg>")));
+}
+
+TEST_F(EvalTest, PageShowsThePaths) {
+  const ProgramResult result = RunEval({"--controller", "pure_pursuit", "--html", directory_ / "paths.html"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(ReadText(directory_ / "paths.html"),
+              testing::AllOf(HasSubstr("pure pursuit"), HasSubstr("\"name\":\"goal\"")));
+}
+
+TEST_F(EvalTest, QMapSaysWhoseCriticsItShows) {
+  SaveRandomPolicy("last");
+  SaveCheckpoint(false);
+  const std::string file = directory_ / "q.svg";
+  EXPECT_EQ(RunEval({"--q-map", file}).exit_code, 0);
+  const std::string last = ReadText(file);
+  EXPECT_THAT(last, HasSubstr("last networks, 500 env steps (checkpoints keep no critics of the best)"));
+  EXPECT_THAT(last, HasSubstr("Q(s, π(s))"));
+  SaveCheckpoint(true);
+  EXPECT_EQ(RunEval({"--q-map", file}).exit_code, 0);
+  EXPECT_THAT(ReadText(file), HasSubstr("best networks, 400 env steps"));
+  EXPECT_EQ(RunEval({"--q-map", file, "--policy", "last"}).exit_code, 0);
+  EXPECT_THAT(ReadText(file),
+              testing::AllOf(HasSubstr("last networks, 500 env steps"), testing::Not(HasSubstr("best"))));
+}
+
+TEST_F(EvalTest, ScoreMapDrivesFromEverywhere) {
+  const std::string file = directory_ / "score.svg";
+  const ProgramResult result = RunEval({"--controller", "pure_pursuit", "--score-map", file});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::string svg = ReadText(file);
+  EXPECT_THAT(svg, HasSubstr("0.99^steps"));
+  int successes = 0, places = 0;
+  const size_t at = svg.find("to walls), ");
+  ASSERT_NE(at, std::string::npos);
+  ASSERT_EQ(std::sscanf(svg.c_str() + at, "to walls), %d of %d places", &successes, &places), 2);
+  EXPECT_GT(places, 1000);
+  EXPECT_GT(successes, 0.95 * places);
+}
+
+TEST_F(EvalTest, MapsNameWhatIsMissing) {
+  const ProgramResult none = RunEval({"--controller", "pure_pursuit", "--q-map", directory_ / "q.svg"});
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_THAT(none.err, HasSubstr("checkpoint"));
+  const ProgramResult plane =
+      RunEval({"--controller", "pure_pursuit", "--score-map", directory_ / "s.svg", "--height", "0.5"});
+  EXPECT_EQ(plane.exit_code, 2);
+  EXPECT_THAT(plane.err, HasSubstr("--height 0.5: the world is plane"));
 }
 
 TEST_F(EvalTest, WhatIsMissingOrForeignIsNamed) {

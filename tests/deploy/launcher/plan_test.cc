@@ -100,6 +100,10 @@ TEST_F(PlanMapTest, AMapWithoutAGoalIsDrawnWithItsGrid) {
   const std::string picture = ReadText(directory_ / "floor.svg");
   EXPECT_THAT(picture, testing::HasSubstr(">2<"));  // a labelled metre
   EXPECT_THAT(picture, testing::Not(testing::HasSubstr(">goal<")));
+  EXPECT_EQ(PlanMap({"--html", directory_ / "floor.html"}).exit_code, 0);
+  const std::string page = ReadText(directory_ / "floor.html");
+  EXPECT_THAT(page, testing::HasSubstr("no goal yet"));
+  EXPECT_THAT(page, testing::Not(testing::HasSubstr("\"goal\":")));
 }
 
 TEST_F(PlanMapTest, AGoalInTheOtherRoomIsReachedThroughTheDoor) {
@@ -124,6 +128,16 @@ TEST_F(PlanMapTest, GoalsThatCannotBeAreRefusedWithTheNearestPointThatCan) {
   EXPECT_THAT(error("2.15,-1"), testing::HasSubstr("no point of it is free for a radius of 0.126 m"));
   EXPECT_THAT(error("2.15,-1"), testing::HasSubstr("the nearest point that is: 1.96,-1"));
   EXPECT_THAT(error("77,0"), testing::HasSubstr("world.goal_point: x = 77 m lies outside the world"));
+}
+
+TEST_F(PlanTest, PageIsWrittenAlsoOfWorldsInSpaceThatSvgRefuses) {
+  const char* const cube = CAIRN_SOURCE_DIR "/deploy/experiments/quadrotor_maze.textproto";
+  const ProgramResult result = RunProgram({CAIRN_PROGRAM, "plan", cube, "--html", directory_ / "cube.html"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(ReadText(directory_ / "cube.html"), testing::HasSubstr("\"title\":\"quadrotor_maze\""));
+  const ProgramResult refused = RunProgram({CAIRN_PROGRAM, "plan", cube, "--svg", directory_ / "cube.svg"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, testing::HasSubstr("--html"));
 }
 
 TEST_F(PlanTest, PictureThatCannotBeWrittenIsAnError) {

@@ -117,6 +117,16 @@ TEST(PageTest, StandsAlone) {
   EXPECT_EQ(page, Scene().Page());
 }
 
+TEST(PageTest, RegionsCanBeLeftOut) {
+  Scene scene;
+  EXPECT_TRUE(Data(scene.Page()).at("world").contains("start"));
+  scene.options.regions = false;
+  const Json world = Data(scene.Page()).at("world");
+  EXPECT_FALSE(world.contains("start"));
+  EXPECT_FALSE(world.contains("goal"));
+  EXPECT_EQ(world.at("boxes").size(), 12);
+}
+
 TEST(PageTest, WorldsAloneAreEnoughAndForeignTablesRefused) {
   Scene scene;
   const Json data = Data(MakePage(scene.world, nullptr, &scene.table, {}, scene.options));
