@@ -32,6 +32,8 @@ test_packages=(
   libgtest-dev libgmock-dev libbenchmark-dev clang-14 libclang-rt-14-dev clang-format-14 clang-tidy-14 python3 procps
   # Writes the trees that our reader of OctoMap files is held against.
   liboctomap-dev
+  # The other engine in cairn-bench-vehicles.
+  libbullet-dev
   # The firewall rules of SECURITY.md.
   nftables
   # Interactive pages are drawn in it.

@@ -11,13 +11,10 @@
 
 #include "actors/contact_test.h"
 #include "actors/controllers/policy_controller.h"
-#include "actors/controllers/pure_pursuit.h"
-#include "actors/disturbance.h"
 #include "actors/environment.h"
-#include "actors/episode_streams.h"
 #include "actors/observation.h"
 #include "common/core/clock.h"
-#include "tests/testing/grid_roadmap.h"
+#include "tests/benchmarks/episode_tapes.h"
 
 namespace cairn::actors {
 namespace {
@@ -30,98 +27,12 @@ Experiment MakeExperiment(VehicleConfig::Kind kind) {
   return experiment;
 }
 
-std::shared_ptr<const Scene> MakeScene(const Experiment& experiment, double radius) {
-  auto scene = std::make_shared<Scene>(experiment);
-  scene->SetTable(testing::MakeGridLookup(scene->world(), scene->field(), 0.025, radius, experiment.planner.r_ball()));
-  return scene;
-}
-
-// One training episode as it was driven: enough to drive it again.
-struct Tape {
-  int episode = 0;
-  std::vector<float> actions;  // [steps × kCarActions]
-};
-
-// Episodes driven by pure pursuit with a random action every few steps, so that turns, slips and contacts occur.
-std::vector<Tape> RecordTapes(const std::shared_ptr<const Scene>& scene, int episodes) {
-  const auto referee = MakeScene(scene->experiment(), PurePursuit::Planner(scene->experiment()).radius);
-  PurePursuit controller(referee);
-  RandomStream random(1, RandomPurpose::kTest);
-  Environment environment(scene);
-  const Environment* one[] = {&environment};
-  std::vector<Tape> tapes;
-  for (int episode = 0; episode < episodes; ++episode) {
-    Tape tape{episode, {}};
-    environment.ResetTraining(0, episode);
-    do {
-      float action[kCarActions];
-      controller.Act(one, action);
-      if (random.Uniform() < 0.1) {
-        for (float& a : action) a = static_cast<float>(random.Uniform(-1, 1));
-      }
-      tape.actions.insert(tape.actions.end(), action, action + kCarActions);
-    } while (environment.Step(tape.actions.data() + tape.actions.size() - kCarActions).end == SegmentEnd::kNone);
-    tapes.push_back(std::move(tape));
-  }
-  return tapes;
-}
-
-// The cost that no actor can avoid: physics, and after every physics step contact and goal.
-class PhysicsAndContact {
- public:
-  explicit PhysicsAndContact(const Scene& scene)
-      : scene_(scene),
-        vehicle_(MakeVehicle(scene.experiment().vehicle, scene.experiment().environment)),
-        contact_(scene),
-        disturbance_(scene.experiment().environment, scene.experiment().vehicle) {}
-
-  // Drives the tape's episode again; returns physics steps.
-  int64_t Play(const Tape& tape) {
-    EpisodeResult name;
-    name.episode = tape.episode;
-    const uint64_t seed = scene_.experiment().seed;
-    RandomStream parameters = EpisodeStream(seed, name, NoiseUse::kParameters);
-    disturbance_.Reset(EpisodeStream(seed, name, NoiseUse::kDisturbance));
-    const Pose start = scene_.TrainingStart(0, tape.episode);
-    vehicle_->Reset(start, parameters);
-    int64_t physics_steps = 0;
-    const VehicleConfig& config = scene_.experiment().vehicle;
-    for (size_t i = 0; i < tape.actions.size(); i += kCarActions) {
-      const double range = config.max_speed - config.min_speed;
-      const VehicleCommand command{config.min_speed + 0.5 * (tape.actions[i] + 1) * range,
-                                   tape.actions[i + 1] * config.max_yaw_rate};
-      if (!PlayControlStep(command, physics_steps)) break;
-    }
-    return physics_steps;
-  }
-
- private:
-  bool PlayControlStep(const VehicleCommand& command, int64_t& physics_steps) {
-    const World& world = scene_.world();
-    for (int i = 0; i < scene_.control_physics_steps(); ++i) {
-      if (disturbance_.Advance(physics_steps) || i == 0) {
-        vehicle_->Command(disturbance_.Apply(command));
-      }
-      vehicle_->Step();
-      ++physics_steps;
-      const Motion state = vehicle_->motion();
-      if (contact_.Touches(state, contact_.CenterDistance(state))) return false;
-      if (world.Contains(world.goal, Vector3d(state.x, state.y, 0))) return false;
-    }
-    return true;
-  }
-
-  const Scene& scene_;
-  std::unique_ptr<Vehicle> vehicle_;
-  ContactTest contact_;
-  HeldDisturbance disturbance_;
-};
-
 // The same episode through the environment, with an observation for every action; returns control steps.
 int64_t PlayFull(Environment& environment, const Tape& tape, std::vector<float>& observation) {
   environment.ResetTraining(0, tape.episode);
   environment.Observe(observation.data());
-  for (size_t i = 0; i < tape.actions.size(); i += kCarActions) {
+  const auto size = static_cast<size_t>(environment.scene().experiment().vehicle.action_size());
+  for (size_t i = 0; i < tape.actions.size(); i += size) {
     const StepResult result = environment.Step(tape.actions.data() + i);
     environment.Observe(observation.data());
     benchmark::DoNotOptimize(observation.data());
@@ -131,7 +42,7 @@ int64_t PlayFull(Environment& environment, const Tape& tape, std::vector<float>&
 }
 
 void FullStep(benchmark::State& state, VehicleConfig::Kind kind) {
-  const auto scene = MakeScene(MakeExperiment(kind), 0.03);
+  const auto scene = MakeGridScene(MakeExperiment(kind), 0.03);
   const std::vector<Tape> tapes = RecordTapes(scene, 20);
   PhysicsAndContact physics(*scene);
   Environment environment(scene);
@@ -189,7 +100,7 @@ void Observation(benchmark::State& state, bool look_ahead, bool rays) {
   Experiment experiment = MakeExperiment(VehicleConfig::Kind::kPlaneCar);
   experiment.observation.look_ahead = look_ahead;
   experiment.observation.rays = rays;
-  const auto scene = MakeScene(experiment, 0.03);
+  const auto scene = MakeGridScene(experiment, 0.03);
   const ObservationBuilder builder(*scene);
   const std::vector<Motion> states = FreeStates(*scene, 256);
   std::vector<float> out(static_cast<size_t>(builder.size()));
@@ -205,7 +116,7 @@ BENCHMARK_CAPTURE(Observation, rays, false, true)->Name("observation/16_rays");
 BENCHMARK_CAPTURE(Observation, look_ahead, true, false)->Name("observation/look_ahead");
 
 void ContactTests(benchmark::State& state) {
-  const auto scene = MakeScene(MakeExperiment(VehicleConfig::Kind::kPlaneCar), 0.03);
+  const auto scene = MakeGridScene(MakeExperiment(VehicleConfig::Kind::kPlaneCar), 0.03);
   const ContactTest contact(*scene);
   const std::vector<Motion> states = FreeStates(*scene, 256);
   size_t next = 0;
@@ -220,7 +131,7 @@ BENCHMARK(ContactTests)->Name("contact_test");
 // What an actor does all day: observe, infer, step; one iteration is one control step of all vehicles.
 void PolicyLoop(benchmark::State& state, VehicleConfig::Kind kind) {
   const Experiment experiment = MakeExperiment(kind);
-  const auto scene = MakeScene(experiment, 0.03);
+  const auto scene = MakeGridScene(experiment, 0.03);
   PolicyShape shape;
   shape.observation_size = ObservationSize(experiment);
   shape.action_size = kCarActions;

@@ -1,6 +1,5 @@
 #include "tests/testing/grid_roadmap.h"
 
-#include <cmath>
 #include <functional>
 #include <queue>
 #include <utility>
@@ -9,35 +8,41 @@
 namespace cairn::testing {
 
 Roadmap MakeGridRoadmap(const World& world, const DistanceField& field, double spacing, double radius) {
+  const bool space = world.dimension == 3;
   const int columns = static_cast<int>(world.bounds.size().x() / spacing) + 1;
   const int rows = static_cast<int>(world.bounds.size().y() / spacing) + 1;
-  const auto point = [&](int column, int row) -> Vector3d {
-    return world.bounds.min + Vector3d((column + 0.5) * spacing, (row + 0.5) * spacing, 0);
+  const int layers = space ? static_cast<int>(world.bounds.size().z() / spacing) + 1 : 1;
+  const auto point = [&](const Eigen::Vector3i& cell) -> Vector3d {
+    return world.bounds.min +
+           Vector3d((cell.x() + 0.5) * spacing, (cell.y() + 0.5) * spacing, space ? (cell.z() + 0.5) * spacing : 0);
+  };
+  const auto index = [&](const Eigen::Vector3i& cell) {
+    return static_cast<size_t>((cell.z() * rows + cell.y()) * columns + cell.x());
   };
   Roadmap roadmap;
-  std::vector<int> vertex(static_cast<size_t>(columns * rows), -1);
-  std::vector<std::pair<int, int>> lattice;
-  for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < columns; ++column) {
-      const Vector3d p = point(column, row);
-      if (field.Distance(p) < radius) continue;
-      vertex[static_cast<size_t>(row * columns + column)] = static_cast<int>(lattice.size());
-      lattice.emplace_back(column, row);
-      roadmap.positions.push_back(static_cast<float>(p.x()));
-      roadmap.positions.push_back(static_cast<float>(p.y()));
-    }
+  roadmap.dimension = world.dimension;
+  std::vector<int> vertex(static_cast<size_t>(columns * rows * layers), -1);
+  std::vector<Eigen::Vector3i> lattice;
+  for (int i = 0; i < columns * rows * layers; ++i) {
+    const Eigen::Vector3i cell(i % columns, i / columns % rows, i / (columns * rows));
+    const Vector3d p = point(cell);
+    if (field.Distance(p) < radius) continue;
+    vertex[index(cell)] = static_cast<int>(lattice.size());
+    lattice.push_back(cell);
+    for (int k = 0; k < world.dimension; ++k) roadmap.positions.push_back(static_cast<float>(p[k]));
   }
   roadmap.offsets.push_back(0);
-  for (const auto& [column, row] : lattice) {
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const int x = column + dx, y = row + dy;
-        if ((dx == 0 && dy == 0) || x < 0 || y < 0 || x >= columns || y >= rows) continue;
-        const int neighbor = vertex[static_cast<size_t>(y * columns + x)];
-        if (neighbor < 0 || !field.SegmentClear(point(column, row), point(x, y), radius)) continue;
-        roadmap.neighbors.push_back(neighbor);
-        roadmap.lengths.push_back(static_cast<float>(spacing * std::hypot(dx, dy)));
+  for (const Eigen::Vector3i& cell : lattice) {
+    for (int i = 0; i < 27; ++i) {
+      const Eigen::Vector3i step(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+      const Eigen::Vector3i next = cell + step;
+      if (step.isZero() || (next.array() < 0).any() || next.x() >= columns || next.y() >= rows || next.z() >= layers) {
+        continue;
       }
+      const int neighbor = vertex[index(next)];
+      if (neighbor < 0 || !field.SegmentClear(point(cell), point(next), radius)) continue;
+      roadmap.neighbors.push_back(neighbor);
+      roadmap.lengths.push_back(static_cast<float>(spacing * step.cast<double>().norm()));
     }
     roadmap.offsets.push_back(static_cast<int32_t>(roadmap.neighbors.size()));
   }
@@ -73,7 +78,8 @@ CostTable MakeCostTable(const Roadmap& roadmap, const World& world, const Box& g
 std::shared_ptr<const RoadmapLookup> MakeGridLookup(const World& world, const DistanceField& field, double spacing,
                                                     double radius, double r_ball) {
   const Roadmap roadmap = MakeGridRoadmap(world, field, spacing, radius);
-  return std::make_shared<RoadmapLookup>(2, roadmap.positions, MakeCostTable(roadmap, world, world.goal), r_ball);
+  return std::make_shared<RoadmapLookup>(world.dimension, roadmap.positions, MakeCostTable(roadmap, world, world.goal),
+                                         r_ball);
 }
 
 }  // namespace cairn::testing

@@ -8,8 +8,8 @@
 
 namespace cairn::testing {
 
-/// Lattice of free points (field ≥ radius), `spacing` [m] apart, joined to their eight neighbours where the straight
-/// line keeps `radius` [m]: a roadmap for tests that need no planner. Plane worlds only.
+/// Lattice of free points (field ≥ radius), `spacing` [m] apart, joined to their 8 (in space 26) neighbours where the
+/// straight line keeps `radius` [m]: a roadmap for tests that need no planner.
 Roadmap MakeGridRoadmap(const World& world, const DistanceField& field, double spacing, double radius);
 
 /// Cost-to-go from all vertices in `goal`, by a plain Dijkstra of its own.

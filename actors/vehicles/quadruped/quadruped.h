@@ -26,7 +26,7 @@ struct QuadrupedParams {
   double max_tilt = 0.8;         ///< of the trunk's axis; beyond it has fallen [rad]
   double speed_limit = 0.45;     ///< of commands [m/s]
   double yaw_rate_limit = 3;     ///< of commands [rad/s]
-  double acceleration = 3;       ///< the gait follows a command no faster than this [m/s²]
+  double acceleration = 2;       ///< the gait follows a command no faster than this [m/s²]
   double yaw_acceleration = 40;  ///< [rad/s²]
   TrotParams trot;               ///< leg_height and hips are derived
   /// Of the feet, which give like rubber: 0.6 mm under the weight. On hard ones (soft_cfm 1e-5) landing feet kicked the

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/actors/vehicles/drive.h"
+
 namespace cairn::actors {
 namespace {
 
@@ -17,15 +19,6 @@ PlaneBase MakeCar(double lag = 0.05, double spread = 0) {
   config.kind = VehicleConfig::Kind::kPlaneCar;
   config.lag = lag;
   return PlaneBase(config, kStep, spread);
-}
-
-void Reset(Vehicle& car, double yaw = 0) {
-  RandomStream random(1, RandomPurpose::kParameters);
-  car.Reset({0, 0, yaw}, random);
-}
-
-void Advance(Vehicle& car, int steps) {
-  for (int i = 0; i < steps; ++i) car.Step();
 }
 
 // speed(t) = v (1 − exp(−t / lag)), and the way ODE integrates is the sum of the speeds.
@@ -66,7 +59,7 @@ TEST(PlaneBaseTest, DrivesACircleOfRadiusSpeedOverYawRate) {
 
 TEST(PlaneBaseTest, StaysInThePlaneForALongTime) {
   PlaneBase car = MakeCar();
-  Reset(car, 1.0);
+  Reset(car, {0, 0, 1.0});
   RandomStream random(3, RandomPurpose::kTest);
   for (int i = 0; i < 20000; ++i) {
     if (i % 24 == 0) car.Command({random.Uniform(0, 1), random.Uniform(-2, 2)});
@@ -83,11 +76,11 @@ TEST(PlaneBaseTest, StaysInThePlaneForALongTime) {
 
 TEST(PlaneBaseTest, SavesAndLoadsBitForBitInMidEpisode) {
   PlaneBase car = MakeCar(0.05, 0.3), other = MakeCar(0.05, 0.3);
-  Reset(car, 0.7);
+  Reset(car, {0, 0, 0.7});
   car.Command({1.0, 1.5});
   Advance(car, 77);
   const std::string blob = car.Save();
-  Reset(other, -1);
+  Reset(other, {0, 0, -1});
   Advance(other, 10);
   other.Load(blob);
   for (PlaneBase* c : {&car, &other}) {
@@ -121,7 +114,7 @@ VehicleConfig Config(VehicleConfig::Kind kind) {
 // In its own frame: turned by 90°, forward is +y of W and left is −x.
 TEST(PlaneBaseTest, AHolonomicBaseMovesAlongBothItsAxes) {
   PlaneBase base(Config(VehicleConfig::Kind::kHolonomic), kStep, 0);
-  Reset(base, std::numbers::pi / 2);
+  Reset(base, {0, 0, std::numbers::pi / 2});
   base.Command({0.5, 0.25, 0});
   Advance(base, 240);
   EXPECT_NEAR(base.motion().x, -0.25, 1e-9);
@@ -164,8 +157,8 @@ TEST(PlaneBaseTest, SteeringStopsAtItsEnd) {
   end.Command({0.5, config.max_steering, 0});
   Advance(car, 10);
   Advance(end, 10);
-  EXPECT_EQ(car.Save().size(), end.Save().size());
   EXPECT_EQ(car.motion().yaw, end.motion().yaw);
+  EXPECT_GT(car.motion().yaw, 0);
 }
 
 TEST(PlaneBaseTest, SpeedChangesNoFasterThanItsAcceleration) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/core/check.h"
+#include "tests/actors/vehicles/drive.h"
 
 namespace cairn::actors {
 namespace {
@@ -19,26 +20,20 @@ WheeledCar MakeCar(const VehicleConfig& config = {}, double spread = 0) {
   return WheeledCar(WheeledCarParams::ScaledTo(config), kStep, spread);
 }
 
-void Reset(Vehicle& car, double yaw = 0) {
-  RandomStream random(1, RandomPurpose::kParameters);
-  car.Reset({0, 0, yaw}, random);
-}
-
-void Advance(Vehicle& car, double seconds) {
-  for (int i = 0; i < std::lround(seconds * kRate); ++i) car.Step();
-}
+// Drives for a time [s].
+void Drive(Vehicle& car, double seconds) { Advance(car, static_cast<int>(std::lround(seconds * kRate))); }
 
 // Contacts settle within the surface layer, 0.1 mm deep; driven, at its bottom.
 TEST(WheeledCarTest, RestsOnItsWheels) {
   WheeledCar car = MakeCar();
   Reset(car);
-  Advance(car, 1);
+  Drive(car, 1);
   EXPECT_GE(car.chassis_height(), 0.0165 - 1.1e-4);
   EXPECT_LE(car.chassis_height(), 0.0165);
   EXPECT_NEAR(car.motion().vx, 0, 1e-6);
   EXPECT_NEAR(car.motion().x, 0, 1e-5);
   car.Command({0.5, 0.5});
-  Advance(car, 3);
+  Drive(car, 3);
   EXPECT_NEAR(car.chassis_height(), 0.0165 - 1e-4, 2e-5);
 }
 
@@ -47,7 +42,7 @@ TEST(WheeledCarTest, KeepsTheCommandedSpeed) {
     WheeledCar car = MakeCar();
     Reset(car);
     car.Command({speed, 0});
-    Advance(car, 1);
+    Drive(car, 1);
     double squares = 0;
     for (int i = 0; i < 240; ++i) {
       car.Step();
@@ -78,10 +73,10 @@ TEST(WheeledCarTest, BrakesWithinTheFrictionLimit) {
   WheeledCar car = MakeCar();
   Reset(car);
   car.Command({1.0, 0});
-  Advance(car, 1);
+  Drive(car, 1);
   const double from = car.motion().x;
   car.Command({0, 0});
-  Advance(car, 0.5);
+  Drive(car, 0.5);
   const double distance = car.motion().x - from;
   EXPECT_GE(distance, 1.0 / (2 * 9.81));
   EXPECT_LE(distance, 0.075);
@@ -93,7 +88,7 @@ TEST(WheeledCarTest, DrivesACircleOfRadiusSpeedOverYawRate) {
   WheeledCar car = MakeCar();
   Reset(car);
   car.Command({0.4, 1.6});
-  Advance(car, 1);
+  Drive(car, 1);
   double min_x = 1e9, max_x = -1e9, min_y = 1e9, max_y = -1e9;
   double turned = 0, last_yaw = car.motion().yaw;
   const int steps = static_cast<int>(std::lround(2 * std::numbers::pi / 1.6 * kRate));
@@ -114,9 +109,9 @@ TEST(WheeledCarTest, TurnsOnTheSpot) {
   WheeledCar car = MakeCar();
   Reset(car);
   car.Command({0, 2});
-  Advance(car, 0.5);
+  Drive(car, 0.5);
   const double yaw = car.motion().yaw;
-  Advance(car, 0.5);
+  Drive(car, 0.5);
   EXPECT_NEAR(car.motion().yaw - yaw, 1.0, 0.01);
   EXPECT_NEAR(std::hypot(car.motion().x, car.motion().y), 0, 1e-3);
   EXPECT_NEAR(car.wheel_speed(1), 2 * 0.023 / 0.0125, 0.05);
@@ -127,9 +122,9 @@ TEST(WheeledCarTest, BehavesAlikeInEveryHeading) {
   std::vector<double> ends;
   for (const double yaw : {0.0, 0.4, std::numbers::pi / 4, 2.0}) {
     WheeledCar car = MakeCar();
-    Reset(car, yaw);
+    Reset(car, {0, 0, yaw});
     car.Command({1.0, 2.0});
-    Advance(car, 0.3);
+    Drive(car, 0.3);
     ends.push_back(std::hypot(car.motion().x, car.motion().y));
   }
   for (const double end : ends) EXPECT_NEAR(end, ends[0], 1e-4);
@@ -139,7 +134,7 @@ TEST(WheeledCarTest, LimitsTheMotorsSpeed) {
   WheeledCar car = MakeCar();
   Reset(car);
   car.Command({100, 0});
-  Advance(car, 3);
+  Drive(car, 3);
   EXPECT_NEAR(car.wheel_speed(0), 1.5 * (1 + 0.5 * 0.046 * 2) / 0.0125, 0.5);
 }
 
@@ -154,7 +149,7 @@ TEST(WheeledCarTest, OtherSizesDriveAsStably) {
     Reset(car);
     const double height = car.params().chassis_height;
     car.Command({0.5, 0});
-    Advance(car, 2);
+    Drive(car, 2);
     double squares = 0, worst_height = 0;
     for (int i = 0; i < 240; ++i) {
       car.Step();
@@ -164,7 +159,7 @@ TEST(WheeledCarTest, OtherSizesDriveAsStably) {
     EXPECT_LE(std::sqrt(squares / 240), 0.005);
     EXPECT_LE(worst_height, 0.03 * height);
     car.Command({0.3, 1.0});
-    Advance(car, 2);
+    Drive(car, 2);
     EXPECT_NEAR(car.motion().vx, 0.3, 0.01);
     EXPECT_NEAR(car.motion().yaw_rate, 1.0, 0.02);
   }
@@ -172,21 +167,21 @@ TEST(WheeledCarTest, OtherSizesDriveAsStably) {
 
 TEST(WheeledCarTest, SavesAndLoadsBitForBitInMidEpisode) {
   WheeledCar car = MakeCar({}, 0.2);
-  Reset(car, 0.7);
+  Reset(car, {0, 0, 0.7});
   car.Command({1.0, 1.5});
-  Advance(car, 0.3);
+  Drive(car, 0.3);
   const std::string blob = car.Save();
   const auto drive_on = [](WheeledCar& c) {
     c.Step();
     c.Command({0.2, -2});
-    Advance(c, 1);
+    Drive(c, 1);
     return c.Save();
   };
   const std::string expected = drive_on(car);
   WheeledCar other = MakeCar({}, 0.2);
-  Reset(other, -2);
+  Reset(other, {0, 0, -2});
   other.Command({0.3, 0.3});
-  Advance(other, 0.2);
+  Drive(other, 0.2);
   other.Load(blob);
   EXPECT_EQ(other.Save(), blob);
   EXPECT_EQ(drive_on(other), expected);
@@ -208,11 +203,11 @@ TEST(WheeledCarTest, ResetForgetsThePast) {
   RandomStream first(1, RandomPurpose::kParameters, 3);
   used.Reset({1, 2, 3}, first);
   used.Command({1, 2});
-  Advance(used, 0.7);
+  Drive(used, 0.7);
   for (WheeledCar* car : {&used, &fresh}) {
-    Reset(*car, 0.1);
+    Reset(*car, {0, 0, 0.1});
     car->Command({0.8, -1});
-    Advance(*car, 0.5);
+    Drive(*car, 0.5);
   }
   EXPECT_EQ(used.Save(), fresh.Save());
 }
@@ -225,7 +220,7 @@ TEST(WheeledCarTest, ParameterSpreadChangesTheDynamics) {
     RandomStream random(1, RandomPurpose::kParameters, 0, episode);
     car.Reset({0, 0, 0}, random);
     car.Command({1, 0});
-    Advance(car, 0.05);
+    Drive(car, 0.05);
     speeds.push_back(car.motion().vx);
   }
   std::sort(speeds.begin(), speeds.end());
