@@ -46,8 +46,7 @@ Scene::Scene(Experiment experiment)
     : experiment_(std::move(experiment)),
       control_physics_steps_(ControlPhysicsSteps(experiment_.environment)),
       footprint_(MakeFootprint(experiment_.vehicle)) {
-  const WorldVariants variants = MakeWorldVariants(experiment_.world, experiment_.planner.radius);
-  CheckDimension(experiment_.vehicle, variants.known);
+  const WorldVariants variants = MakeWorldVariants(experiment_);
   const double reach = 1.01 * footprint_.circumscribed_radius();
   const auto make = [&](const World& world) { return std::make_shared<const Site>(world, experiment_, reach); };
   site_ = make(variants.training);

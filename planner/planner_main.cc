@@ -9,7 +9,7 @@
 int main(int argc, char** argv) {
   return cairn::RunProcess(cairn::ProcessKind::kPlanner, argc, argv, [](cairn::Process& process) {
     const cairn::Experiment& experiment = process.experiment();
-    const cairn::World world = cairn::MakeWorldVariants(experiment.world, experiment.planner.radius).known;
+    const cairn::World world = cairn::MakeWorldVariants(experiment).known;
     const cairn::DistanceField field(world, experiment.world.field_resolution);
     const cairn::planner::BuiltRoadmap built =
         cairn::planner::BuildRoadmap(world, field, experiment.planner, experiment.vehicle.inscribed_radius());

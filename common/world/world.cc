@@ -171,16 +171,6 @@ World MakeWorld(const WorldConfig& config) {
   return world;
 }
 
-void CheckDimension(const VehicleConfig& vehicle, const World& world) {
-  if (vehicle.dimension() == world.dimension) return;
-  ThrowUsageError("vehicle.kind: {}, but the world is {}{}",
-                  vehicle.dimension() == 3 ? "a QUADROTOR flies" : "it drives in the plane (only a QUADROTOR flies)",
-                  world.dimension == 3 ? "in space" : "plane",
-                  world.imported && world.dimension == 3
-                      ? "; world.slice_min and world.slice_max make a plane map of the heights that it can touch"
-                      : "");
-}
-
 World MakeWorldWithoutGoal(const WorldConfig& config) {
   World world = MakeObstacles(config);
   world.start = world.goal = world.bounds;

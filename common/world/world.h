@@ -50,9 +50,6 @@ World MakeWorld(const WorldConfig& config);
 /// The same of a map without a goal yet: start and goal are all of its bounds.
 World MakeWorldWithoutGoal(const WorldConfig& config);
 
-/// Throws UsageError for a vehicle that drives in a world in space or flies in a plane one.
-void CheckDimension(const VehicleConfig& vehicle, const World& world);
-
 /// The region around a point: a square (cube) of half side `tolerance` [m], but no larger than what the obstacles leave
 /// around the point, within the bounds. Around a point inside an obstacle it is next to nothing.
 Box RegionAround(const World& world, const Vector3d& point, double tolerance);

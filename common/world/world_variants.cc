@@ -91,10 +91,19 @@ std::vector<int> DoorsOfFloor(const World& world, int like) {
   return doors;
 }
 
+size_t MostDoorsOfAFloor(const World& world) {
+  size_t most = 0;
+  for (int door = 0; door < static_cast<int>(world.doors.size()); ++door) {
+    most = std::max(most, DoorsOfFloor(world, door).size());
+  }
+  return most;
+}
+
 std::vector<Box> RandomDoors(const World& world, int count, double radius, RandomStream& random) {
   if (count == 0) return {};
-  if (count > static_cast<int>(world.doors.size())) {
-    ThrowUsageError("world.random_blocked_doors = {}: this world has {} doors", count, world.doors.size());
+  if (static_cast<size_t>(count) > MostDoorsOfAFloor(world)) {
+    ThrowUsageError("world.random_blocked_doors = {}: no floor of this world has more than {} doors", count,
+                    MostDoorsOfAFloor(world));
   }
   const Passages passages(world, radius, random);
   for (int draw = 0; draw < kMaxDraws; ++draw) {
@@ -139,7 +148,23 @@ std::vector<Box> UnseenObstacles(const World& world, const WorldConfig& config, 
   return added;
 }
 
+void CheckDimension(const VehicleConfig& vehicle, const World& world) {
+  if (vehicle.dimension() == world.dimension) return;
+  ThrowUsageError("vehicle.kind: {}, but the world is {}{}",
+                  vehicle.dimension() == 3 ? "a QUADROTOR flies" : "it drives in the plane (only a QUADROTOR flies)",
+                  world.dimension == 3 ? "in space" : "plane",
+                  world.imported && world.dimension == 3
+                      ? "; world.slice_min and world.slice_max make a plane map of the heights that it can touch"
+                      : "");
+}
+
 }  // namespace
+
+WorldVariants MakeWorldVariants(const Experiment& experiment) {
+  WorldVariants variants = MakeWorldVariants(experiment.world, experiment.planner.radius);
+  CheckDimension(experiment.vehicle, variants.known);
+  return variants;
+}
 
 WorldVariants MakeWorldVariants(const WorldConfig& config, double radius) {
   const World world = MakeWorld(config);

@@ -19,4 +19,8 @@ struct WorldVariants {
 /// number is no door's or when a thousand draws find no place.
 WorldVariants MakeWorldVariants(const WorldConfig& config, double radius);
 
+/// Those of an experiment. Throws UsageError besides for a vehicle that drives in a world in space or flies in a plane
+/// one.
+WorldVariants MakeWorldVariants(const Experiment& experiment);
+
 }  // namespace cairn

@@ -13,7 +13,7 @@ std::shared_ptr<const RoadmapLookup> PlannedWorld::MakeLookup() const {
 
 PlannedWorld PlanWorld(const Experiment& experiment, const PlannerConfig& planner) {
   PlannedWorld planned;
-  planned.world = MakeWorldVariants(experiment.world, experiment.planner.radius).known;
+  planned.world = MakeWorldVariants(experiment).known;
   planned.r_ball = planner.r_ball();
   const DistanceField field(planned.world, experiment.world.field_resolution);
   planned.built = planner::BuildRoadmap(planned.world, field, planner, experiment.vehicle.inscribed_radius());

@@ -56,8 +56,7 @@ std::string ProgramOf(ProcessKind kind) { return SiblingProgram(std::string("cai
 
 // What the planner would refuse, found before anything is written or started. Costs a few milliseconds.
 void CheckWorld(const Experiment& experiment) {
-  const World world = MakeWorldVariants(experiment.world, experiment.planner.radius).known;
-  CheckDimension(experiment.vehicle, world);
+  const World world = MakeWorldVariants(experiment).known;
   const DistanceField field(world, experiment.world.field_resolution);
   planner::CheckPlannable(world, field, experiment.planner, experiment.vehicle.inscribed_radius());
 }

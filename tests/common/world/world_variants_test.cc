@@ -117,13 +117,24 @@ void ExpectRefused(const WorldConfig& config, const std::string& words) {
   }
 }
 
+TEST(WorldVariantsTest, AVehicleFitsTheDimensionOfItsWorld) {
+  Experiment experiment;
+  EXPECT_NO_THROW(MakeWorldVariants(experiment));
+  experiment.vehicle.kind = VehicleConfig::Kind::kQuadrotor;
+  EXPECT_THROW(MakeWorldVariants(experiment), UsageError);
+  experiment.world = Cube();
+  EXPECT_NO_THROW(MakeWorldVariants(experiment));
+  experiment.vehicle.kind = VehicleConfig::Kind::kHolonomic;
+  EXPECT_THROW(MakeWorldVariants(experiment), UsageError);
+}
+
 TEST(WorldVariantsTest, RefusesWhatCannotBe) {
   WorldConfig config = Cube();
   config.blocked_doors = {4711};
   ExpectRefused(config, "world.blocked_doors: 4711");
   config = Cube();
   config.random_blocked_doors = 900;
-  ExpectRefused(config, "world.random_blocked_doors = 900");
+  ExpectRefused(config, "world.random_blocked_doors = 900: no floor");
 }
 
 }  // namespace
