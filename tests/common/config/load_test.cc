@@ -121,6 +121,7 @@ TEST(LoadTest, EveryShippedExperimentLoads) {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(CAIRN_SOURCE_DIR "/deploy/experiments")) {
     if (entry.path().extension() != ".textproto") continue;
+    if (entry.path().stem() == "navigate") continue;  // has no map of its own: MapExperimentTest.NavigateTakesAMap
     const LoadedExperiment loaded = LoadExperiment(entry.path());
     EXPECT_EQ(loaded.experiment.name, entry.path().stem()) << entry.path();
     EXPECT_EQ(Parse(loaded.resolved_text).resolved_text, loaded.resolved_text);

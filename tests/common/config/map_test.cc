@@ -56,6 +56,14 @@ TEST_F(MapExperimentTest, ArgumentsStandInForTheFilesWorld) {
   EXPECT_TRUE(world.start.center().isApprox(Vector3d(7.5, 1.5, 0)));
 }
 
+TEST_F(MapExperimentTest, NavigateTakesAMap) {
+  const std::string file = CAIRN_SOURCE_DIR "/deploy/experiments/navigate.textproto";
+  const LoadedExperiment loaded = LoadExperiment(file, {}, {map_, "", "2,3", ""});
+  EXPECT_EQ(loaded.experiment.name, "navigate");
+  EXPECT_TRUE(MakeWorld(loaded.experiment.world).imported);
+  EXPECT_THAT(ErrorOf([&] { LoadExperiment(file); }), HasSubstr("world.map is missing"));
+}
+
 TEST_F(MapExperimentTest, ARegionNeverReachesIntoAnObstacle) {
   const LoadedExperiment loaded = Load("world { point_tolerance: 2 }", {map_, "", "2,4.75", "4.5,2.5"});
   const World world = MakeWorld(loaded.experiment.world);
