@@ -1,32 +1,20 @@
 #include "planner/planner.h"
 
-#include <ompl/base/PlannerTerminationCondition.h>
-#include <ompl/base/ProblemDefinition.h>
-#include <ompl/base/ScopedState.h>
-#include <ompl/util/Console.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
+#include <utility>
 
 #include "common/core/check.h"
 #include "common/core/clock.h"
 #include "common/world/reachability.h"
-#include "planner/builders/coverage.h"
-#include "planner/builders/rrg.h"
+#include "planner/builders/builder.h"
 #include "planner/collision/free_space.h"
-#include "planner/collision/ompl_space.h"
 #include "planner/collision/swept_sphere_checker.h"
 #include "planner/through_walls.h"
 
 namespace cairn::planner {
 namespace {
-
-namespace ob = ompl::base;
-
-constexpr int kCoverageSamples = 20000;
-constexpr int kRootSamples = 1000;
 
 // Smallest extent of any obstacle [m], infinite without obstacles.
 double ThinnestWall(const World& world) {
@@ -65,38 +53,6 @@ void CheckConfig(const World& world, const PlannerConfig& config, double inscrib
   }
 }
 
-// First vertices: the goal region's roomiest point and what fits beside it at the spacing, so that a goal region of
-// several parts is entered everywhere.
-std::vector<Vector3d> ChooseRoots(const FreeSpace& space, const Vector3d& goal_point, const PlannerConfig& config) {
-  const World& world = space.world();
-  const double spacing = std::max(config.min_spacing, 0.25 * config.eta);
-  RandomStream random(config.seed, RandomPurpose::kPlanner, 2);
-  std::vector<Vector3d> roots;
-  for (int i = 0; i < kRootSamples; ++i) {
-    Vector3d p = RoundToFloat(goal_point, world.dimension);
-    if (i > 0) {
-      for (int k = 0; k < world.dimension; ++k) p[k] = random.Uniform(world.goal.min[k], world.goal.max[k]);
-      p = RoundToFloat(p, world.dimension);
-    }
-    const auto too_near = [&](const Vector3d& root) { return (root - p).norm() < spacing; };
-    const bool fits = std::none_of(roots.begin(), roots.end(), too_near);
-    if (fits && world.Contains(world.goal, p) && space.Contains(p)) roots.push_back(p);
-  }
-  return roots;
-}
-
-ob::ProblemDefinitionPtr MakeProblem(const ob::SpaceInformationPtr& information, const World& world,
-                                     const std::vector<Vector3d>& roots) {
-  auto problem = std::make_shared<ob::ProblemDefinition>(information);
-  ob::ScopedState<> state(information);
-  for (const Vector3d& root : roots) {
-    ToState(root, world.dimension, state.get());
-    problem->addStartState(state);
-  }
-  problem->setGoal(MakeRegionGoal(information, world, world.start));
-  return problem;
-}
-
 int CountComponents(const Roadmap& roadmap) {
   std::vector<char> seen(roadmap.num_vertices(), 0);
   std::vector<int32_t> stack;
@@ -130,41 +86,17 @@ void CheckPlannable(const World& world, const DistanceField& field, const Planne
 BuiltRoadmap BuildRoadmap(const World& world, const DistanceField& field, const PlannerConfig& config,
                           double inscribed_radius) {
   const TimePoint start = Clock::now();
-  ompl::msg::setLogLevel(ompl::msg::LOG_WARN);
   CheckConfig(world, config, inscribed_radius);
   const Reachability reachability(world, field, config.radius);
   reachability.CheckStart();
   const SweptSphereChecker checker(world, config.radius, &field);
   const FreeSpace space(world, checker, reachability);
-  Coverage coverage(space, config.r_ball(), kCoverageSamples, config.seed);
-  const std::vector<Vector3d> roots = ChooseRoots(space, reachability.goal_point(), config);
-  if (roots.empty()) {
-    ThrowUsageError("world.goal: no point of it is free for planner.radius = {} m by exact test", config.radius);
-  }
-
-  const ob::SpaceInformationPtr information = MakeSpaceInformation(space, config.seed);
-  Rrg rrg(information);
-  rrg.SetEta(config.eta);
-  rrg.SetMinSpacing(config.min_spacing);
-  rrg.SetVertexObserver([&](const Vector3d& p) { coverage.AddVertex(p); });
-  rrg.setProblemDefinition(MakeProblem(information, world, roots));
-  rrg.setup();
-  // The graph grows on samples of its own; every vertex hangs on a root in the goal region, so what is covered is
-  // connected to the goal.
-  const auto done = [&] { return coverage.share() >= config.coverage || rrg.num_samples() >= config.max_samples; };
-  rrg.solve(ob::PlannerTerminationCondition(done));
-  if (coverage.share() < config.coverage) {
-    ThrowUsageError("planner.max_samples = {}: reached with coverage {:.5f} of free space, below planner.coverage = {}",
-                    config.max_samples, coverage.share(), config.coverage);
-  }
-  const double share = coverage.share();
-  rrg.ConnectPassages(coverage.samples(), 2 * config.r_ball());
-
-  BuiltRoadmap built{rrg.roadmap(), {}};
+  Grown grown = Grow({space, config, reachability.goal_point()});
+  BuiltRoadmap built{std::move(grown.roadmap), {}};
   built.info.vertices = built.roadmap.num_vertices();
   built.info.edges = built.roadmap.num_edges();
-  built.info.samples = static_cast<int>(rrg.num_samples());
-  built.info.coverage = share;
+  built.info.samples = static_cast<int>(grown.samples);
+  built.info.coverage = grown.coverage;
   built.info.components = CountComponents(built.roadmap);
   if (world.imported) {
     CheckCostsBehindWalls(world, field, built.roadmap, ComputeCostTable(built.roadmap, world, world.goal), config,

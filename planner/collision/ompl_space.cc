@@ -1,6 +1,7 @@
 #include "planner/collision/ompl_space.h"
 
 #include <ompl/base/MotionValidator.h>
+#include <ompl/base/ScopedState.h>
 #include <ompl/base/StateValidityChecker.h>
 #include <ompl/base/ValidStateSampler.h>
 #include <ompl/base/goals/GoalRegion.h>
@@ -137,6 +138,18 @@ ob::SpaceInformationPtr MakeSpaceInformation(const FreeSpace& space, uint64_t se
 
 ob::GoalPtr MakeRegionGoal(const ob::SpaceInformationPtr& information, const World& world, const Box& region) {
   return std::make_shared<RegionGoal>(information, world.dimension, region);
+}
+
+ob::ProblemDefinitionPtr MakeProblem(const ob::SpaceInformationPtr& information, const std::vector<Vector3d>& starts,
+                                     const ob::GoalPtr& goal) {
+  auto problem = std::make_shared<ob::ProblemDefinition>(information);
+  ob::ScopedState<> state(information);
+  for (const Vector3d& start : starts) {
+    ToState(start, static_cast<int>(information->getStateDimension()), state.get());
+    problem->addStartState(state);
+  }
+  problem->setGoal(goal);
+  return problem;
 }
 
 }  // namespace cairn::planner

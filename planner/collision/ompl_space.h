@@ -1,7 +1,10 @@
 #pragma once
 
 #include <ompl/base/Goal.h>
+#include <ompl/base/ProblemDefinition.h>
 #include <ompl/base/SpaceInformation.h>
+
+#include <vector>
 
 #include "common/world/world.h"
 #include "planner/collision/free_space.h"
@@ -21,5 +24,9 @@ void ToState(const Vector3d& p, int dimension, ompl::base::State* state);
 /// A goal for OMPL: a box of the world.
 ompl::base::GoalPtr MakeRegionGoal(const ompl::base::SpaceInformationPtr& information, const World& world,
                                    const Box& region);
+
+/// From each of `starts` to `goal`.
+ompl::base::ProblemDefinitionPtr MakeProblem(const ompl::base::SpaceInformationPtr& information,
+                                             const std::vector<Vector3d>& starts, const ompl::base::GoalPtr& goal);
 
 }  // namespace cairn::planner
