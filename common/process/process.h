@@ -20,6 +20,7 @@ class Process {
   const ProcessOptions& options() const { return options_; }
   const Experiment& experiment() const { return loaded_.experiment; }
   uint64_t experiment_hash() const { return loaded_.hash; }
+  const std::string& resolved_text() const { return loaded_.resolved_text; }
   int64_t session() const { return session_; }
   BusConfig MakeBusConfig() const;
 
