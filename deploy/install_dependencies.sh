@@ -36,6 +36,8 @@ test_packages=(
   libbullet-dev
   # The firewall rules of SECURITY.md.
   nftables
+  # A cluster of three nodes on one machine, for deploy/slurm.
+  slurm-wlm munge
   # Interactive pages are drawn in it.
   chromium
   # A window system without a screen, to look at `cairn spy`.
