@@ -3,13 +3,13 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/eventfd.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <array>
 #include <lcm/lcm-cpp.hpp>
 #include <mutex>
 
+#include "common/bus/receive_buffer.h"
 #include "common/core/check.h"
 #include "common/core/hash.h"
 #include "common/core/log.h"
@@ -17,21 +17,8 @@
 namespace cairn {
 namespace {
 
-constexpr int kQueueCapacity = 20000;          // LCM's default of 30 loses 14 % at 20k messages a second
-constexpr int kWantedReceiveBuffer = 4000000;  // the kernel's default of 212 kB loses every second 190 kB message
+constexpr int kQueueCapacity = 20000;  // LCM's default of 30 loses 14 % at 20k messages a second
 constexpr const char* kEchoChannel = "CAIRN_ECHO";
-
-// What the kernel gives for the asked receive buffer (it reports twice the usable size).
-int EffectiveReceiveBuffer() {
-  const int fd = socket(AF_INET, SOCK_DGRAM, 0);
-  if (fd < 0) return 212992;
-  int size = kWantedReceiveBuffer;
-  setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
-  socklen_t length = sizeof size;
-  getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &size, &length);
-  close(fd);
-  return size / 2;
-}
 
 constexpr const char* kCure =
     "check the multicast route (`ip route get 239.255.76.67`); on one host: "

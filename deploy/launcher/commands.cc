@@ -11,6 +11,7 @@
 #include "common/config/command_line.h"
 #include "common/core/check.h"
 #include "common/core/version.h"
+#include "deploy/doctor/doctor.h"
 #include "deploy/launcher/eval.h"
 #include "deploy/launcher/plan.h"
 #include "deploy/launcher/sibling.h"
@@ -111,6 +112,26 @@ void AddSpy(CLI::App* app, Commands* commands) {
   command->callback([options, commands] { commands->run = [options] { return Spy(*options); }; });
 }
 
+void AddDoctor(CLI::App* app, Commands* commands) {
+  auto options = std::make_shared<DoctorOptions>();
+  CLI::App* command = app->add_subcommand("doctor", "Look whether this host, or two of them, can run Cairn");
+  command->add_option("subject", options->subject, "Run directory or experiment file (default: the defaults)");
+  AddOverrides(command, &options->overrides);
+  command->add_option("--lcm-url", options->lcm_url, "Group, first port and ttl, as of cairn actor");
+  command->add_option("--key", options->key, "File with the run's key (default: RUN_DIR/key, or key beside the file)");
+  command->add_flag("--insecure", options->insecure, "The run does without a key");
+  command->add_option("--run-dir", options->run_dir, "Where a run of the file would write (default: here)");
+  command->add_flag("--peer", options->peer, "Measure loss and round trip to a host that does the same");
+  command->add_option("--probes", options->probes, "Of --peer: datagrams each way, the same on both hosts")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  command->add_option("--timeout", options->patience, "Of --peer: how long to wait for it [s]")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "Print one JSON object");
+  command->callback([options, commands] { commands->run = [options] { return Doctor(*options); }; });
+}
+
 // `cairn actor …` becomes `cairn-actor …`, arguments untouched.
 [[noreturn]] void ExecProcess(const std::string& kind, char** arguments) {
   std::string program = SiblingProgram("cairn-" + kind);
@@ -139,6 +160,7 @@ int RunCommandLine(int argc, char** argv, int64_t launch_utime_us) {
   AddEval(&app, &commands);
   AddPlan(&app, &commands);
   AddSpy(&app, &commands);
+  AddDoctor(&app, &commands);
   AddProcess(&app, "planner", "Run one planner process (see cairn planner --help)");
   AddProcess(&app, "learner", "Run one learner process (see cairn learner --help)");
   AddProcess(&app, "actor", "Run one actor process (see cairn actor --help)");

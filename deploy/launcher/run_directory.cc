@@ -1,7 +1,9 @@
 #include "deploy/launcher/run_directory.h"
 
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <array>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
@@ -138,6 +140,20 @@ RunDirectory RunDirectory::Resume(const std::string& path, int64_t total_env_ste
   return directory;
 }
 
+std::string HostName() {
+  std::array<char, 256> name{};
+  gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
+bool IsLive(const RunInfo& info) {
+  // The number of a process that is gone may by now belong to another one, also on another host.
+  std::ifstream file(fmt::format("/proc/{}/comm", info.pid));
+  std::string name;
+  return std::getline(file, name) && name == "cairn" &&
+         NetworkInode(static_cast<pid_t>(info.pid)) == info.network.inode;
+}
+
 std::string JoinCommand(const BusConfig& bus) {
   return fmt::format("cairn actor experiment.textproto --lcm-url '{}' --run-id {:x} {} --actor-id N",
                      ToLcmUrl({bus.group, bus.base_port, bus.ttl}), bus.run_id, bus.key ? "--key key" : "--insecure");
@@ -146,6 +162,7 @@ std::string JoinCommand(const BusConfig& bus) {
 void WriteRunInfo(const RunDirectory& directory, const RunInfo& info) {
   nlohmann::ordered_json json;
   json["pid"] = info.pid;
+  json["host"] = info.host;
   json["run_id"] = fmt::format("{:x}", info.run_id);
   json["group"] = info.bus.group;
   json["base_port"] = info.bus.base_port;
@@ -176,6 +193,7 @@ RunInfo ReadRunInfo(const RunDirectory& directory) {
     const nlohmann::json json = nlohmann::json::parse(file);
     RunInfo info;
     info.pid = Get<int64_t>(json, "pid");
+    info.host = json.value("host", "");
     info.run_id = std::stoll(Get<std::string>(json, "run_id"), nullptr, 16);
     info.bus.group = Get<std::string>(json, "group");
     info.bus.base_port = Get<int>(json, "base_port");

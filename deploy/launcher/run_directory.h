@@ -45,6 +45,9 @@ class RunDirectory {
   std::string path_;
 };
 
+/// Name of this host.
+std::string HostName();
+
 /// run.json: where a run can be met.
 struct RunInfo {
   int64_t pid = 0;  ///< of the launcher
@@ -52,6 +55,7 @@ struct RunInfo {
   BusConfig bus;  ///< group, base port and ttl; written also: how other hosts join, not the key itself
   NetworkInfo network;
   int actors = 0;
+  std::string host = HostName();  ///< where it was started
 };
 
 /// The command line with which an actor on another host joins a run (ttl ≥ 1), given copies of experiment.textproto and
@@ -59,6 +63,9 @@ struct RunInfo {
 std::string JoinCommand(const BusConfig& bus);
 
 void WriteRunInfo(const RunDirectory& directory, const RunInfo& info);
+
+/// Whether the run's launcher still lives on this host, in the network that run.json names.
+bool IsLive(const RunInfo& info);
 
 /// Throws UsageError naming the file and what is wrong with it.
 RunInfo ReadRunInfo(const RunDirectory& directory);

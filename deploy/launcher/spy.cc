@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 
 #include "common/bus/bus.h"
 #include "common/config/nearest_name.h"
@@ -63,18 +62,11 @@ void CheckDisplay() {
   ThrowError("DISPLAY is not set: lcm-spy needs a window system; on a host without one use xvfb-run cairn spy");
 }
 
-// The number of a process that is gone may by now belong to another one.
-bool IsLauncher(pid_t pid) {
-  std::ifstream file(fmt::format("/proc/{}/comm", pid));
-  std::string name;
-  return std::getline(file, name) && name == "cairn";
-}
-
 BusConfig FindBus(const SpyOptions& options) {
   if (options.run_dir.empty()) return {};
   const RunInfo info = ReadRunInfo(RunDirectory::Open(options.run_dir));
   const auto pid = static_cast<pid_t>(info.pid);
-  if (!IsLauncher(pid) || NetworkInode(pid) != info.network.inode) {
+  if (!IsLive(info)) {
     ThrowError("{}: the run has ended (its launcher, process {}, is gone)", options.run_dir, info.pid);
   }
   if (info.network.is_private) JoinNetworkOf(pid);
