@@ -81,7 +81,8 @@ std::string HeardFrom(const TransportConfig& transport) {
   for (const MulticastSocket& socket : sockets) senders.insert(socket.senders().begin(), socket.senders().end());
   std::string names;
   for (const unsigned address : senders) {
-    if (IsOwnAddress(address)) continue;
+    // A host whose only interface is loopback sends from 0.0.0.0.
+    if (address == INADDR_ANY || IsOwnAddress(address)) continue;
     names += (names.empty() ? "" : ", ") + std::string(inet_ntoa(in_addr{address}));
   }
   return names;

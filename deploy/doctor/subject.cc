@@ -25,7 +25,7 @@ int64_t DiskBytes(const Experiment& experiment) {
 
 // The directory itself or the nearest one above it that exists.
 std::string Existing(const std::string& directory) {
-  fs::path path = fs::absolute(directory.empty() ? "." : directory);
+  fs::path path = directory.empty() ? fs::current_path() : fs::absolute(directory).lexically_normal();
   while (!fs::is_directory(path)) path = path.parent_path();
   return path.string();
 }

@@ -90,6 +90,22 @@ fresh lo
 expect "nothing is wrong" 0 "0 failures"
 expect "an experiment of one host" 0 "^ok +ttl: 0" "$experiment"
 
+# A run of this very host is no stranger, also where loopback is all there is.
+on s true 2> /dev/null || ip netns add "$name-s"
+on s ip link set lo up
+on s ip route add 224.0.0.0/4 dev lo
+ip netns exec "$name-s" "$bin/cairn" actor "$experiment" --run-id 5eed > "$work/actor.log" 2>&1 &
+actor=$!
+pids+=("$actor")
+for ((i = 0; i < 300; i++)); do
+  on s grep -q ":1E14 " /proc/net/udp && break
+  read -rt 0.1 <> <(:) || true
+done
+on s "$bin/cairn" doctor "$experiment" > "$work/out" 2>&1
+check "an actor of this host" "$(grep -q '^ok *ttl: 0' "$work/out"; echo $?)" "$(grep ' ttl:' "$work/out")"
+kill "$actor"
+wait "$actor" 2> /dev/null
+
 fresh ""
 expect "no route, one host" 0 "^warn route: no way to 239.255.76.67.*cure: sudo ip route add 224.0.0.0/4 dev lo"
 cure route
