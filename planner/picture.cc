@@ -85,6 +85,7 @@ class Painter {
     DrawWalls();
     DrawRoadmap(trajectories.empty() ? 1 : 0.35);
     DrawOptimalPath(trajectories.empty() ? 3.4 : 2.0);
+    if (options_.door_numbers) DrawDoorNumbers();
     for (const Trajectory& trajectory : trajectories) DrawTrajectory(trajectory);
     DrawFrame();
     DrawColorBar();
@@ -236,6 +237,22 @@ class Painter {
     const bool everywhere = world_.start.min == world_.bounds.min && world_.start.max == world_.bounds.max;
     if (!everywhere) DrawRegion(world_.start, "start", "#1a7f37");
     DrawRegion(world_.goal, "goal", "#c2540a");
+  }
+
+  void DrawDoorNumbers() {
+    Add("<g id=\"doors\" text-anchor=\"middle\" fill=\"{}\" stroke=\"#fff\" stroke-width=\"2.5\" "
+        "stroke-linejoin=\"round\" "
+        "paint-order=\"stroke\">\n",
+        kInk);
+    for (size_t i = 0; i < world_.doors.size(); ++i) {
+      const Box& door = world_.doors[i];
+      const double side = std::max(door.size().x(), door.size().y()) * scale_;
+      const double size = std::clamp(0.3 * side, 5.0, 12.0);  // [px]
+      const Vector3d at = door.center();
+      Add("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:.1f}\">{}</text>\n", X(at.x()), Y(at.y()) + 0.36 * size, size,
+          i);
+    }
+    Add("</g>\n");
   }
 
   void DrawWalls() {

@@ -23,6 +23,7 @@ struct PictureOptions {
   double r_ball = 0;                 ///< > 0: tints free space by D(s) with this radius [m]
   bool regions = true;               ///< draws start and goal
   bool optimal_path = true;          ///< draws OptimalPath when there is a roadmap with a table
+  bool door_numbers = false;         ///< writes each door's number into it, as world.blocked_doors counts them
   const ValueMap* values = nullptr;  ///< coloured cells below the walls with a colour bar of their own; without a table
 };
 

@@ -26,19 +26,20 @@ OdeWorld::~OdeWorld() {
 }
 
 dBodyID OdeWorld::AddSphereBody(double mass, double radius) {
-  const dBodyID body = dBodyCreate(world_);
   dMass m;
   dMassSetSphereTotal(&m, mass, radius);
-  dBodySetMass(body, &m);
-  dBodySetGyroscopicMode(body, 0);
-  return body;
+  return AddBody(m);
 }
 
 dBodyID OdeWorld::AddBoxBody(double mass, const dVector3 size) {
-  const dBodyID body = dBodyCreate(world_);
   dMass m;
   dMassSetBoxTotal(&m, mass, size[0], size[1], size[2]);
-  dBodySetMass(body, &m);
+  return AddBody(m);
+}
+
+dBodyID OdeWorld::AddBody(const dMass& mass) {
+  const dBodyID body = dBodyCreate(world_);
+  dBodySetMass(body, &mass);
   dBodySetGyroscopicMode(body, 0);
   return body;
 }
@@ -50,11 +51,19 @@ dJointID OdeWorld::AddFloorContact(dBodyID body, const dReal* center, double rad
   dContact contact{};
   contact.surface.mode = dContactSoftERP | dContactSoftCFM | dContactApprox1 | dContactFDir1;
   contact.surface.mu = surface.friction;
+  if (surface.speed != 0) {
+    contact.surface.mode |= dContactMotion1;
+    contact.surface.motion1 = surface.speed;
+  }
+  if (surface.slip > 0) {
+    contact.surface.mode |= dContactSlip1;
+    contact.surface.slip1 = surface.slip;
+  }
   contact.surface.soft_erp = surface.soft_erp;
   contact.surface.soft_cfm = surface.soft_cfm;
   contact.geom.pos[0] = center[0];
   contact.geom.pos[1] = center[1];
-  contact.geom.pos[2] = center[2] - radius;
+  contact.geom.pos[2] = center[2] - radius + surface.height;
   contact.geom.normal[2] = 1;
   contact.geom.depth = depth;
   contact.fdir1[0] = along_x;

@@ -19,6 +19,9 @@ struct FloorSurface {
   double friction = 1.0;   ///< Coulomb μ, pyramid with the normal force of this step (dContactApprox1); 0: no rows
   double soft_erp = 0.4;   ///< share of the depth corrected a step
   double soft_cfm = 1e-5;  ///< [s/kg]
+  double speed = 0;        ///< backwards, of a sphere that turns beside its body: what the body does without slip [m/s]
+  double slip = 0;         ///< of that speed with the force that drives it [m/s/N]; 0: the world's cfm
+  double height = 0;       ///< at which friction acts on the body [m]: above 0 for what turns freely beside it
 };
 
 /// An ODE world with its own threading implementation, so that worlds of different threads do not share one (they
@@ -48,6 +51,8 @@ class OdeWorld {
   void Step(double dt);
 
  private:
+  dBodyID AddBody(const dMass& mass);
+
   dWorldID world_;
   dThreadingImplementationID threading_;
   dJointGroupID contacts_;

@@ -27,12 +27,14 @@ void AddWorld(const World& world, nlohmann::ordered_json* json) {
   (*json)["world"] = {{"min", list(world.bounds.min)},
                       {"max", list(world.bounds.max)},
                       {"boxes", world.boxes.size()},
-                      {"cylinders", world.cylinders.size()}};
+                      {"cylinders", world.cylinders.size()},
+                      {"doors", world.doors.size()}};
 }
 
 void PrintWorld(const World& world) {
   fmt::print("world         {}, {} obstacles\n", ToString(world.bounds, world.dimension),
              world.boxes.size() + world.cylinders.size());
+  if (!world.doors.empty()) fmt::print("doors         {}, numbered in the pictures\n", world.doors.size());
 }
 
 void PrintJson(const PlannedWorld& planned, double path_length) {
@@ -75,6 +77,7 @@ void WritePicture(const PlannedWorld& planned, const std::string& name, const st
   picture.title = name;
   picture.subtitle = Subtitle(planned.built.info);
   picture.r_ball = planned.r_ball;
+  picture.door_numbers = true;
   WriteFileAtomically(file, planner::DrawScene(planned.world, &planned.built.roadmap, &planned.table, {}, picture));
 }
 
@@ -116,6 +119,7 @@ void WritePage(const PlannedWorld& planned, const std::string& name, const std::
   planner::PageOptions page;
   page.title = name;
   page.subtitle = Subtitle(planned.built.info);
+  page.door_numbers = true;
   WriteFileAtomically(file, planner::MakePage(planned.world, &planned.built.roadmap, &planned.table, {}, page));
 }
 

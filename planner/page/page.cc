@@ -58,7 +58,18 @@ World Raise(World world) {
   return world;
 }
 
-Json WorldJson(const World& world, bool regions) {
+// Where the numbers of doors stand: in space in the doors' middles, in a plane world on top of its walls.
+Json DoorsJson(const World& world, const World& raised) {
+  Json out = Json::array();
+  for (const Box& door : world.doors) {
+    Vector3d at = door.center();
+    if (world.dimension == 2) at.z() = raised.bounds.max.z();
+    Append(at, &out);
+  }
+  return out;
+}
+
+Json WorldJson(const World& world, const PageOptions& options) {
   const World raised = Raise(world);
   Json boxes = Json::array(), cylinders = Json::array();
   for (const Box& box : raised.boxes) {
@@ -74,7 +85,8 @@ Json WorldJson(const World& world, bool regions) {
               {"bounds", ToJson(raised.bounds)},
               {"boxes", std::move(boxes)},
               {"cylinders", std::move(cylinders)}};
-  if (!regions) return out;
+  if (options.door_numbers && !world.doors.empty()) out["doors"] = DoorsJson(world, raised);
+  if (!options.regions) return out;
   out["start"] = ToJson(raised.start);
   out["goal"] = ToJson(raised.goal);
   return out;
@@ -152,7 +164,7 @@ std::string MakePage(const World& world, const Roadmap* roadmap, const CostTable
   if (roadmap && table && static_cast<int>(table->cost.size()) != roadmap->num_vertices()) {
     ThrowError("page: cost table of {} vertices, roadmap of {}", table->cost.size(), roadmap->num_vertices());
   }
-  Json data = {{"title", options.title}, {"subtitle", options.subtitle}, {"world", WorldJson(world, options.regions)}};
+  Json data = {{"title", options.title}, {"subtitle", options.subtitle}, {"world", WorldJson(world, options)}};
   if (roadmap) data["roadmap"] = RoadmapJson(*roadmap, table);
   if (roadmap && table && options.optimal_path) data["path"] = PathJson(OptimalPath(world, *roadmap, *table));
   data["trajectories"] = TrajectoriesJson(trajectories);

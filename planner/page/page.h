@@ -14,6 +14,7 @@ struct PageOptions {
   double step = 0.1;          ///< time between two points of a trajectory [s]
   bool regions = true;        ///< draws start and goal
   bool optimal_path = true;   ///< draws OptimalPath when there is a roadmap with a table
+  bool door_numbers = false;  ///< writes each door's number into it, as world.blocked_doors counts them
 };
 
 /// One HTML page that shows a world from all sides, without network: translucent walls, start and goal, the roadmap

@@ -226,6 +226,13 @@ function makeFrame() {
   return layer(lines(grid, { color: INK, opacity: 0.2 }), edgesOf([bounds], { color: INK, opacity: 0.6 }), ...texts);
 }
 
+// Door i's number where it can be closed.
+function makeDoors() {
+  if (!data.world.doors) return null;
+  const at = indices(data.world.doors.length, 3).map((i) => vector(data.world.doors, i));
+  return layer(...at.map((p, i) => label(String(i), p, INK, 0.016 * length, false)));
+}
+
 function costColor(cost) {
   if (cost === undefined || cost < 0) return new THREE.Color(UNREACHABLE);
   const { colors, maxCost } = data.roadmap;
@@ -453,6 +460,7 @@ function report() {
     cylinders: count(walls.cylinders, unitCylinder.attributes.position.count),
     vertices: count(roadmap && roadmap.points, 1),
     edges: count(roadmap && roadmap.segments, 2),
+    doors: doors ? doors.children.length : 0,
     trajectories: Object.fromEntries(outcomes.map((o) => [o.name, o.vehicles.count])),
     frame: { calls, triangles, lines: segments, points },
   });
@@ -466,6 +474,7 @@ const start = makeRegion('start', data.world.start, START);
 const goal = makeRegion('goal', data.world.goal, GOAL);
 const roadmap = makeRoadmap();
 const path = makePath();
+const doors = makeDoors();
 const outcomes = data.trajectories.map(makeOutcome);
 
 function main() {
@@ -478,6 +487,7 @@ function main() {
   for (const outcome of outcomes) addSwitch(outcome.ways.length + ' × ' + outcome.name, outcome.group, outcome.color);
   if (start) addSwitch('Start', start, START);
   if (goal) addSwitch('Goal', goal, GOAL);
+  if (doors) addSwitch('Door numbers', doors);
   addSwitch('Grid and axes', frame);
   if (!plane) {
     renderer.clippingPlanes = [cut];

@@ -68,6 +68,17 @@ TEST(PictureTest, TrajectoriesAreCountedByOutcomeAndCollisionsCrossed) {
   EXPECT_EQ(Count(svg, "l10 10m0 -10l-10 10"), 2);  // one cross, cased
 }
 
+TEST(PictureTest, DoorsAreNumberedInTheirMiddles) {
+  Scene scene;
+  scene.world.doors = {{Vector3d(1, 0.4, 0), Vector3d(1.05, 0.6, 0)}, {Vector3d(0.2, 0.1, 0), Vector3d(0.4, 0.12, 0)}};
+  EXPECT_THAT(DrawScene(scene.world, nullptr, nullptr, {}, scene.options), Not(HasSubstr("id=\"doors\"")));
+  scene.options.door_numbers = true;
+  const std::string svg = DrawScene(scene.world, nullptr, nullptr, {}, scene.options);
+  // 200 px/m, margins 62 and 66 px; the longer side of 0.2 m is 40 px, the letters are 12 px high.
+  EXPECT_THAT(svg, HasSubstr("<text x=\"267.0\" y=\"170.3\" font-size=\"12.0\">0</text>"));
+  EXPECT_THAT(svg, HasSubstr("<text x=\"122.0\" y=\"248.3\" font-size=\"12.0\">1</text>"));
+}
+
 TEST(PictureTest, IsWellFormedAndTextIsEscaped) {
   Scene scene;
   scene.options.title = "a < b & c";

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Fails when the papers do not match the tree: a folder without its three-line README, a wire field without unit and
 meaning, a message type that docs/messages.md or lcmtypes/README.md does not know, a function or test that the docs
-name and nobody wrote, a link to nowhere.
+name and nobody wrote, a link to nowhere, a derived option that docs/recipes.md does not have.
 Usage: docs.py ROOT; docs.py ROOT --write brings the field tables of docs/messages.md up to date."""
 
 import pathlib
@@ -111,6 +111,26 @@ def symbol_problems(root):
             yield f"docs/algorithms.md: there is no {name}"
 
 
+FIELD = re.compile(r"^  (?:optional|repeated) [a-z]\w* (\w+) = \d+(.*)$")
+
+
+def derived_problems(root):
+    """An option without a default whose comment says "Derived" must stand in the table of docs/recipes.md."""
+    page = (root / "docs/recipes.md").read_text(encoding="utf-8")
+    comment, in_comment = "", False
+    for line in (root / "common/config/experiment.proto").read_text(encoding="utf-8").splitlines():
+        text = line.partition("//")[2]
+        if line.strip().startswith("//"):
+            comment = f"{comment} {text}" if in_comment else text
+        in_comment = line.strip().startswith("//")
+        if not line.strip():
+            comment = ""
+        field = FIELD.match(line)
+        if field and "default =" not in field[2] and "Derived" in comment + text and f"`{field[1]}`" not in page \
+                and not re.search(rf"`[\w.]+\.{field[1]}`", page):
+            yield f"docs/recipes.md: the table of derived values does not have {field[1]}"
+
+
 def write_field_tables(root):
     page = root / "docs/messages.md"
     page.write_text(with_field_tables(page.read_text(encoding="utf-8"), lcm_types(root)), encoding="utf-8")
@@ -122,6 +142,7 @@ if __name__ == "__main__":
     tree = pathlib.Path(sys.argv[1]).resolve()
     if sys.argv[2:]:
         write_field_tables(tree)
-    problems = [*readme_problems(tree), *message_problems(tree), *symbol_problems(tree), *link_problems(tree)]
+    problems = [*readme_problems(tree), *message_problems(tree), *symbol_problems(tree), *link_problems(tree),
+                *derived_problems(tree)]
     print("\n".join(problems) or "ok")
     sys.exit(1 if problems else 0)

@@ -121,7 +121,7 @@ def plan_page(cairn, experiment, page):
     out = run([cairn, "plan", experiment, "--html", page])
     number = lambda pattern: int(re.search(pattern, out).group(1))
     return {"boxes": number(r"(\d+) obstacles"), "cylinders": 0, "vertices": number(r"vertices +(\d+)"),
-            "edges": number(r"edges +(\d+)"), "trajectories": {}}
+            "edges": number(r"edges +(\d+)"), "doors": number(r"doors +(\d+)"), "trajectories": {}}
 
 
 def eval_page(cairn, run_dir, page, planned):
@@ -129,7 +129,7 @@ def eval_page(cairn, run_dir, page, planned):
                                "--html", page]))
     counts = {"goal": run_json["successes"], "collision": run_json["collisions"], "timeout": run_json["timeouts"],
               "diverged": run_json["diverged"]}
-    return {**planned, "trajectories": {name: count for name, count in counts.items() if count}}
+    return {**planned, "doors": 0, "trajectories": {name: count for name, count in counts.items() if count}}
 
 
 def main():

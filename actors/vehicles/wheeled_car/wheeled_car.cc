@@ -1,9 +1,20 @@
 #include "actors/vehicles/wheeled_car/wheeled_car.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace cairn::actors {
+namespace {
+
+constexpr std::array<double, 2> kSides{1, -1};  // left, right
+
+// Turning rate about one of the body's axes; `rotation` is 3 × 4, row-major.
+double Rate(const dReal* rotation, const dReal* w, int axis) {
+  return w[0] * rotation[axis] + w[1] * rotation[4 + axis] + w[2] * rotation[8 + axis];
+}
+
+}  // namespace
 
 WheeledCarParams WheeledCarParams::ScaledTo(const VehicleConfig& vehicle) {
   WheeledCarParams p;
@@ -34,23 +45,33 @@ WheeledCarParams WheeledCarParams::ScaledTo(const VehicleConfig& vehicle) {
 }
 
 WheeledCar::WheeledCar(const WheeledCarParams& params, double time_step, double parameter_spread)
-    : params_(params), time_step_(time_step), spread_(parameter_spread), world_(params.world) {
-  const dVector3 size{params_.length, params_.width, params_.height};
-  chassis_ = world_.AddBoxBody(params_.chassis_mass, size);
-  dBodySetPosition(chassis_, 0, 0, params_.chassis_height);
-  AddWheel(0, 0.5 * params_.track);
-  AddWheel(1, -0.5 * params_.track);
+    : params_(params),
+      time_step_(time_step),
+      spread_(parameter_spread),
+      wheel_inertia_(0.4 * params.wheel_mass * params.wheel_radius * params.wheel_radius),
+      world_(params.world),
+      body_(world_.AddSphereBody(1, 1)) {
+  ApplyParameters();
 }
 
-void WheeledCar::AddWheel(int wheel, double y) {
-  wheels_[wheel] = world_.AddSphereBody(params_.wheel_mass, params_.wheel_radius);
-  dBodySetPosition(wheels_[wheel], 0, y, params_.wheel_radius);
-  const dJointID hinge = dJointCreateHinge(world_.id(), nullptr);
-  dJointAttach(hinge, wheels_[wheel], chassis_);  // in this order the hinge's rate is the wheel's, forwards positive
-  dJointSetHingeAnchor(hinge, 0, y, params_.wheel_radius);
-  dJointSetHingeAxis(hinge, 0, 1, 0);
-  dJointSetHingeParam(hinge, dParamFMax, params_.motor_torque);
-  hinges_[wheel] = hinge;
+// The chassis and both wheels as one rigid body whose origin is their centre of mass; what the wheels turn about their
+// axles comes on top.
+void WheeledCar::ApplyParameters() {
+  const WheeledCarParams& p = params_;
+  dMass total;
+  dMassSetBoxTotal(&total, p.chassis_mass * episode_.mass_factor, p.length, p.width, p.height);
+  dMassTranslate(&total, 0, 0, p.chassis_height);
+  for (const double side : kSides) {
+    dMass wheel;
+    dMassSetSphereTotal(&wheel, p.wheel_mass, p.wheel_radius);
+    dMassTranslate(&wheel, 0, side * p.track / 2, p.wheel_radius);
+    dMassAdd(&total, &wheel);
+  }
+  origin_ = total.c[2];
+  mass_ = total.mass;
+  dMassTranslate(&total, 0, 0, -origin_);
+  std::fill_n(total.c, 3, 0);  // without rounding errors
+  dBodySetMass(body_, &total);
 }
 
 void WheeledCar::Reset(const Pose& pose, RandomStream& random) {
@@ -58,88 +79,121 @@ void WheeledCar::Reset(const Pose& pose, RandomStream& random) {
   if (spread_ > 0) {
     episode_.mass_factor = random.Uniform(1 - spread_, 1 + spread_);
     episode_.friction_factor = random.Uniform(1 - spread_, 1 + spread_);
+    ApplyParameters();
   }
-  ApplyParameters();
-  SetMotors();
-  PlaceBody(chassis_, pose.x, pose.y, params_.chassis_height, pose.yaw);
-  for (int wheel = 0; wheel < 2; ++wheel) {
-    const double side = (wheel == 0 ? 0.5 : -0.5) * params_.track;
-    PlaceBody(wheels_[wheel], pose.x - side * std::sin(pose.yaw), pose.y + side * std::cos(pose.yaw),
-              params_.wheel_radius, pose.yaw);
-  }
-}
-
-void WheeledCar::ApplyParameters() {
-  if (spread_ == 0) return;
-  dMass mass;
-  dMassSetBoxTotal(&mass, params_.chassis_mass * episode_.mass_factor, params_.length, params_.width, params_.height);
-  dBodySetMass(chassis_, &mass);
+  // A hair deep: exactly on the floor the first rounding error would lift the wheels.
+  PlaceBody(body_, pose.x, pose.y, origin_ - 0.01 * params_.world.contact_surface_layer, pose.yaw);
 }
 
 void WheeledCar::Command(const VehicleCommand& command) {
   const double speed = command[0], yaw_rate = command[1];
   const double limit = params_.wheel_speed_limit;
-  for (int wheel = 0; wheel < 2; ++wheel) {
-    const double side = (wheel == 0 ? 0.5 : -0.5) * params_.track;
-    episode_.motor_speed[wheel] = std::clamp((speed - side * yaw_rate) / params_.wheel_radius, -limit, limit);
+  for (int i = 0; i < 2; ++i) {
+    const double side = 0.5 * kSides[i] * params_.track;
+    episode_.wheels[i].target = std::clamp((speed - side * yaw_rate) / params_.wheel_radius, -limit, limit);
   }
-  SetMotors();
 }
 
-void WheeledCar::SetMotors() {
-  for (int wheel = 0; wheel < 2; ++wheel) dJointSetHingeParam(hinges_[wheel], dParamVel, episode_.motor_speed[wheel]);
+// What the floor meets of a wheel in this step. Where the motor can, it turns the wheel at its target from now on,
+// whatever the traction: the wheel is part of the body but for its surface's speed. Else the motor pushes with all it
+// has, the wheel turns freely, and traction acts on the body through the axle alone.
+FloorSurface WheeledCar::Drive(Wheel& wheel, double ground_speed, double pitch_rate) const {
+  const WheeledCarParams& p = params_;
+  const double radius = p.wheel_radius, gain = time_step_ / wheel_inertia_;  // [rad/s / N m]
+  FloorSurface surface = p.wheel_surface;
+  surface.friction *= episode_.friction_factor;
+  surface.speed = radius * wheel.target;
+  const double grip = surface.friction * 0.5 * mass_ * p.world.gravity;
+  const double traction = std::clamp(0.5 * mass_ * (surface.speed - ground_speed) / time_step_, -grip, grip);
+  wheel.push = (wheel.target - wheel.speed) / gain;
+  const double wanted = wheel.push + radius * traction;
+  if (std::abs(wanted) <= p.motor_torque) return surface;
+  wheel.push = std::copysign(p.motor_torque, wanted);
+  surface.speed = radius * (wheel.speed + pitch_rate + gain * wheel.push);
+  surface.slip = radius * radius * gain;
+  surface.height = radius;
+  return surface;
 }
 
-// The friction pyramid turns with the car, so that grip does not depend on the heading in W.
-void WheeledCar::AddContacts() {
-  const dReal* rotation = dBodyGetRotation(chassis_);
+// A wheel's speed after a step in which the floor drove the car with `traction` [N] and its pitch rate rose by
+// `pitched`.
+void WheeledCar::Turn(Wheel& wheel, double traction, double pitched) const {
+  const double gain = time_step_ / wheel_inertia_, load = params_.wheel_radius * traction;
+  const double wanted = (wheel.target - wheel.speed + pitched) / gain + load;
+  const double torque = std::clamp(wanted, -params_.motor_torque, params_.motor_torque);
+  wheel.speed += gain * (torque - load) - pitched;
+}
+
+// The friction pyramid turns with the car, so that grip does not depend on the heading in W. Beside what the floor
+// does, the chassis feels the motors' torques, the gyroscopic torque of the spinning wheels, and, where traction acts
+// at the height of the axle, what the sideways force does further down (of the last step: it changes slowly).
+void WheeledCar::Step() {
+  const WheeledCarParams& p = params_;
+  const dReal* rotation = dBodyGetRotation(body_);  // 3 × 4, row-major
+  const dReal* w = dBodyGetAngularVel(body_);
   const double norm = std::hypot(rotation[0], rotation[4]);
   const double along_x = rotation[0] / norm, along_y = rotation[4] / norm;
-  FloorSurface surface = params_.wheel_surface;
-  surface.friction *= episode_.friction_factor;
-  for (const dBodyID wheel : wheels_) {
-    world_.AddFloorContact(wheel, dBodyGetPosition(wheel), params_.wheel_radius, surface, along_x, along_y);
+  const double roll_rate = Rate(rotation, w, 0), pitch_rate = Rate(rotation, w, 1), yaw_rate = Rate(rotation, w, 2);
+  std::array<dJointFeedback, 2> floor{};
+  dVector3 center, v;
+  double roll = 0, pitch = 0, spin = 0;
+  for (int i = 0; i < 2; ++i) {
+    Wheel& wheel = episode_.wheels[i];
+    const double y = 0.5 * kSides[i] * p.track;
+    dBodyGetRelPointPos(body_, 0, y, p.wheel_radius - origin_, center);
+    dBodyGetRelPointVel(body_, 0, y, -origin_, v);
+    const FloorSurface surface = Drive(wheel, v[0] * along_x + v[1] * along_y, pitch_rate);
+    const dJointID contact = world_.AddFloorContact(body_, center, p.wheel_radius, surface, along_x, along_y);
+    if (contact != nullptr) dJointSetFeedback(contact, &floor[i]);
+    pitch -= wheel.push;
+    roll += surface.height * wheel.side_force;
+    spin += wheel_inertia_ * wheel.speed;
   }
-  const double caster_z = params_.caster_radius + params_.caster_clearance - params_.chassis_height;
-  for (const double caster_x : {params_.caster_x, -params_.caster_x}) {
-    dVector3 center;
-    dBodyGetRelPointPos(chassis_, caster_x, 0, caster_z, center);
-    world_.AddFloorContact(chassis_, center, params_.caster_radius, params_.caster_surface, along_x, along_y);
+  for (const double caster_x : {p.caster_x, -p.caster_x}) {
+    dBodyGetRelPointPos(body_, caster_x, 0, p.caster_radius + p.caster_clearance - origin_, center);
+    world_.AddFloorContact(body_, center, p.caster_radius, p.caster_surface, along_x, along_y);
   }
-}
-
-void WheeledCar::Step() {
-  AddContacts();
+  dBodyAddRelTorque(body_, roll + spin * yaw_rate, pitch, -spin * roll_rate);
   world_.Step(time_step_);
+  const double pitched = Rate(dBodyGetRotation(body_), dBodyGetAngularVel(body_), 1) - pitch_rate;
+  for (int i = 0; i < 2; ++i) {
+    const dReal* force = floor[i].f1;
+    episode_.wheels[i].side_force = force[1] * along_x - force[0] * along_y;
+    Turn(episode_.wheels[i], force[0] * along_x + force[1] * along_y, pitched);
+  }
 }
 
 Motion WheeledCar::motion() const {
-  const dReal* position = dBodyGetPosition(chassis_);
-  const dReal* rotation = dBodyGetRotation(chassis_);  // 3 × 4, row-major; first column is body x in W
-  const dReal* v = dBodyGetLinearVel(chassis_);
-  const dReal* w = dBodyGetAngularVel(chassis_);
-  Motion motion{position[0], position[1], 0, BodyYaw(chassis_), 0, 0, 0, 0};
+  const dReal* rotation = dBodyGetRotation(body_);  // first column is body x in W
+  const dReal* w = dBodyGetAngularVel(body_);
+  dVector3 position, v;  // of the chassis's centre
+  dBodyGetRelPointPos(body_, 0, 0, params_.chassis_height - origin_, position);
+  dBodyGetRelPointVel(body_, 0, 0, params_.chassis_height - origin_, v);
+  Motion motion{position[0], position[1], 0, BodyYaw(body_), 0, 0, 0, 0};
   motion.vx = v[0] * rotation[0] + v[1] * rotation[4] + v[2] * rotation[8];
-  motion.yaw_rate = w[0] * rotation[2] + w[1] * rotation[6] + w[2] * rotation[10];
+  motion.yaw_rate = Rate(rotation, w, 2);
   return motion;
+}
+
+double WheeledCar::chassis_height() const {
+  dVector3 position;
+  dBodyGetRelPointPos(body_, 0, 0, params_.chassis_height - origin_, position);
+  return position[2];
 }
 
 std::string WheeledCar::Save() const {
   BlobWriter blob;
   blob.Put(episode_);
-  WriteBody(chassis_, blob);
-  for (const dBodyID wheel : wheels_) WriteBody(wheel, blob);
+  WriteBody(body_, blob);
   return blob.Take();
 }
 
 void WheeledCar::Load(const std::string& bytes) {
   BlobReader blob(bytes);
   blob.Get(episode_);
-  ReadBody(chassis_, blob);
-  for (const dBodyID wheel : wheels_) ReadBody(wheel, blob);
+  ReadBody(body_, blob);
   blob.Finish();
   ApplyParameters();
-  SetMotors();
 }
 
 }  // namespace cairn::actors

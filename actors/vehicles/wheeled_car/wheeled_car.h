@@ -30,7 +30,10 @@ struct WheeledCarParams {
   static WheeledCarParams ScaledTo(const VehicleConfig& vehicle);
 };
 
-/// Differential drive in ODE, commands (v, ω): chassis, two sphere wheels on hinges with velocity motors, two casters.
+/// Differential drive in ODE, commands (v, ω): chassis, two sphere wheels with velocity motors of limited torque, two
+/// casters. Chassis and wheels are one body, how fast each wheel turns about its axle is counted beside it, and the
+/// floor meets the wheels' moving surface: the car of three bodies on two hinges (HingedCar of the tests drives beside
+/// it) without the hinges' twelve rows, which took more than half of the time.
 class WheeledCar final : public Vehicle {
  public:
   /// `time_step` [s] is that of physics, `parameter_spread` relative, of mass and friction.
@@ -45,28 +48,34 @@ class WheeledCar final : public Vehicle {
 
   const WheeledCarParams& params() const { return params_; }
   /// Height of the chassis's centre above the floor [m].
-  double chassis_height() const { return dBodyGetPosition(chassis_)[2]; }
+  double chassis_height() const;
   /// Spin of the left (0) or right (1) wheel about its axle [rad/s], positive forwards.
-  double wheel_speed(int wheel) const { return dJointGetHingeAngleRate(hinges_[wheel]); }
+  double wheel_speed(int wheel) const { return episode_.wheels[wheel].speed; }
 
  private:
-  void AddWheel(int wheel, double y);
+  struct Wheel {
+    double target = 0;      ///< commanded [rad/s]
+    double speed = 0;       ///< about the axle, beside the chassis [rad/s]
+    double push = 0;        ///< torque on the chassis's side that turns it in this step [N m]
+    double side_force = 0;  ///< of the floor in the last step, to the left [N]
+  };
   void ApplyParameters();
-  void SetMotors();
-  void AddContacts();
+  FloorSurface Drive(Wheel& wheel, double ground_speed, double pitch_rate) const;
+  void Turn(Wheel& wheel, double traction, double pitched) const;
 
   WheeledCarParams params_;
   double time_step_;
   double spread_;
+  double wheel_inertia_;  // of each wheel about its axle [kg m²]
+  double origin_ = 0;     // height of the body's centre of mass when it stands [m]
+  double mass_ = 0;       // of all [kg]
   OdeWorld world_;
-  dBodyID chassis_;
-  std::array<dBodyID, 2> wheels_;
-  std::array<dJointID, 2> hinges_;
+  dBodyID body_;
   // What one episode has of its own; all of it is in Save.
   struct Episode {
     double mass_factor = 1;
     double friction_factor = 1;
-    std::array<double, 2> motor_speed{};  ///< commanded [rad/s]
+    std::array<Wheel, 2> wheels;
   } episode_;
 };
 

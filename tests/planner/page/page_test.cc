@@ -117,6 +117,17 @@ TEST(PageTest, StandsAlone) {
   EXPECT_EQ(page, Scene().Page());
 }
 
+TEST(PageTest, DoorsHaveNumbersWhenAskedFor) {
+  Scene scene;
+  scene.world.doors = {{Vector3d(1, 0.4, 0), Vector3d(1.05, 0.6, 0.5)}};
+  EXPECT_FALSE(Data(scene.Page()).at("world").contains("doors"));
+  scene.options.door_numbers = true;
+  EXPECT_EQ(Data(scene.Page()).at("world").at("doors"), Json({1.025, 0.5, 0.25}));
+  scene.world = TwoRooms(2);
+  scene.world.doors = {{Vector3d(1, 0.4, 0), Vector3d(1.05, 0.6, 0)}};
+  EXPECT_EQ(Data(scene.Page()).at("world").at("doors"), Json({1.025, 0.5, 0.07}));
+}
+
 TEST(PageTest, RegionsCanBeLeftOut) {
   Scene scene;
   EXPECT_TRUE(Data(scene.Page()).at("world").contains("start"));

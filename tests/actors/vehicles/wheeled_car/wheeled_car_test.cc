@@ -9,6 +9,7 @@
 
 #include "common/core/check.h"
 #include "tests/actors/vehicles/drive.h"
+#include "tests/actors/vehicles/wheeled_car/hinged_car.h"
 
 namespace cairn::actors {
 namespace {
@@ -128,6 +129,79 @@ TEST(WheeledCarTest, BehavesAlikeInEveryHeading) {
     ends.push_back(std::hypot(car.motion().x, car.motion().y));
   }
   for (const double end : ends) EXPECT_NEAR(end, ends[0], 1e-4);
+}
+
+// Weak motors, which grip never stops: a = (2 τ / r) / (m + 2 I / r²), with I = 0.4 m_w r² of each wheel.
+TEST(WheeledCarTest, WeakMotorsAccelerateMassAndWheels) {
+  WheeledCarParams params = WheeledCarParams::ScaledTo({});
+  params.motor_torque = 0.0012;
+  WheeledCar car(params, kStep, 0);
+  Reset(car);
+  car.Command({1.0, 0});
+  Drive(car, 0.1);  // the nose rises first
+  const double from = car.motion().vx;
+  Drive(car, 0.5);
+  const double acceleration = 2 * 0.0012 / 0.0125 / (0.17 + 2 * 0.4 * 0.01);
+  EXPECT_NEAR(car.motion().vx - from, 0.5 * acceleration, 0.002);
+  EXPECT_NEAR(car.wheel_speed(0), car.motion().vx / 0.0125, 0.3);
+}
+
+// Spinning wheels without grip: I dω/dt = τ.
+TEST(WheeledCarTest, WheelsWithoutGripSpinUpByTheMotorAlone) {
+  WheeledCarParams params = WheeledCarParams::ScaledTo({});
+  params.motor_torque = 0.0006;
+  params.wheel_surface.friction = 1e-9;
+  WheeledCar car(params, kStep, 0);
+  Reset(car);
+  car.Command({1.0, 0});
+  Advance(car, 10);
+  EXPECT_NEAR(car.wheel_speed(0), 10 * kStep * 0.0006 / (0.4 * 0.01 * 0.0125 * 0.0125), 0.5);
+  EXPECT_NEAR(car.motion().vx, 0, 1e-4);
+}
+
+// How far two cars drive apart under the same random commands, and how well each follows them (root mean squares).
+struct Apart {
+  double speed = 0, yaw_rate = 0, error = 0, other_error = 0;
+};
+Apart DriveBeside(Vehicle& car, Vehicle& other, double max_speed, double max_yaw_rate) {
+  RandomStream random(1, RandomPurpose::kTest);
+  Apart sum;
+  constexpr int kEpisodes = 10, kCommands = 100, kHold = 24;
+  for (int episode = 0; episode < kEpisodes; ++episode) {
+    Reset(car), Reset(other);
+    for (int i = 0; i < kCommands; ++i) {
+      const VehicleCommand command{random.Uniform(0, max_speed), random.Uniform(-max_yaw_rate, max_yaw_rate)};
+      car.Command(command), other.Command(command);
+      for (int k = 0; k < kHold; ++k) {
+        car.Step(), other.Step();
+        sum.speed += std::pow(car.motion().vx - other.motion().vx, 2);
+        sum.yaw_rate += std::pow(car.motion().yaw_rate - other.motion().yaw_rate, 2);
+      }
+      sum.error += std::pow(car.motion().vx - command[0], 2);
+      sum.other_error += std::pow(other.motion().vx - command[0], 2);
+    }
+  }
+  constexpr double kCount = kEpisodes * kCommands;
+  return {std::sqrt(sum.speed / kCount / kHold), std::sqrt(sum.yaw_rate / kCount / kHold),
+          std::sqrt(sum.error / kCount), std::sqrt(sum.other_error / kCount)};
+}
+
+// Wheels slip and casters hit the floor after each wild command, and small differences grow: a chassis 1 % heavier
+// makes as much of one as this allows to be between the models.
+TEST(WheeledCarTest, DrivesLikeThreeBodiesOnTwoHinges) {
+  const WheeledCarParams params = WheeledCarParams::ScaledTo({});
+  WheeledCar car(params, kStep, 0);
+  HingedCar hinged(params, kStep, 0);
+  const Apart gentle = DriveBeside(car, hinged, 0.3, 0.5);
+  EXPECT_LE(gentle.speed, 0.01);
+  EXPECT_LE(gentle.yaw_rate, 0.06);
+  EXPECT_NEAR(gentle.error, gentle.other_error, 0.001);
+  const Apart wild = DriveBeside(car, hinged, 1, 2);
+  EXPECT_LE(wild.speed, 0.035);
+  EXPECT_LE(wild.yaw_rate, 0.35);
+  EXPECT_NEAR(wild.error, wild.other_error, 0.005);
+  const Apart turning = DriveBeside(car, hinged, 0, 2);
+  EXPECT_LE(turning.yaw_rate, 0.002);
 }
 
 TEST(WheeledCarTest, LimitsTheMotorsSpeed) {
