@@ -47,7 +47,7 @@ void ReadRun(const RunDirectory& run, Subject* subject) {
 }
 
 void ReadFileAt(const DoctorOptions& options, Subject* subject) {
-  const LoadedExperiment loaded = LoadExperiment(options.subject, options.overrides);
+  const LoadedExperiment loaded = LoadExperiment(options.subject, options.overrides, options.place);
   subject->transport = loaded.experiment.transport;
   subject->disk_bytes = DiskBytes(loaded.experiment);
   subject->disk = Existing(options.run_dir);

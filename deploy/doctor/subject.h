@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/config/experiment.h"
+#include "common/config/load.h"
 
 namespace cairn::deploy {
 
@@ -13,6 +14,7 @@ namespace cairn::deploy {
 struct DoctorOptions {
   std::string subject;                 ///< run directory or experiment file; empty: the defaults
   std::vector<std::string> overrides;  ///< --set, of a file
+  PlaceArguments place;                ///< --map, --robot, --goal, --start, of a file
   std::string lcm_url;                 ///< --lcm-url, as of cairn actor; empty: the subject's transport
   std::string key;                     ///< --key; empty: RUN_DIR/key, or `key` beside the file
   std::string run_dir;                 ///< --run-dir: where a run of the file would write; empty: here

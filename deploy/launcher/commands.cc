@@ -116,6 +116,7 @@ void AddDoctor(CLI::App* app, Commands* commands) {
   auto options = std::make_shared<DoctorOptions>();
   CLI::App* command = app->add_subcommand("doctor", "Look whether this host, or two of them, can run Cairn");
   command->add_option("subject", options->subject, "Run directory or experiment file (default: the defaults)");
+  AddPlace(command, &options->place);
   AddOverrides(command, &options->overrides);
   command->add_option("--lcm-url", options->lcm_url, "Group, first port and ttl, as of cairn actor");
   command->add_option("--key", options->key, "File with the run's key (default: RUN_DIR/key, or key beside the file)");

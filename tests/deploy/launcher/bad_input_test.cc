@@ -110,6 +110,16 @@ TEST_F(BadInputTest, Spy) {
   ExpectRefused({{"spy"}, {"DISPLAY"}}, 1);
 }
 
+TEST_F(BadInputTest, Doctor) {
+  ExpectRefused({{"doctor", "/nonexistent"}, {"/nonexistent", "No such file"}});
+  ExpectRefused({{"doctor", directory_.path()}, {directory_.path(), "not a run"}});
+  ExpectRefused({{"doctor", "--set", "transport.ttl=1"}, {"--set", "experiment file"}});
+  ExpectRefused({{"doctor", kCarMaze, "--set", "transport.tll=1"}, {"transport.tll", "ttl"}});
+  ExpectRefused({{"doctor", "--lcm-url", "udpm://10.0.0.1:7700"}, {"10.0.0.1", "multicast group"}});
+  ExpectRefused({{"doctor", "--key", "k", "--insecure"}, {"--insecure", "--key"}});
+  ExpectRefused({{"doctor", "--peer", "--probes", "0"}, {"--probes", "0"}});
+}
+
 TEST_F(BadInputTest, HelpAndVersionAreNoErrors) {
   for (const char* word : {"--help", "--version"}) {
     const ProgramResult result = RunProgram({CAIRN_PROGRAM, word});
