@@ -73,31 +73,50 @@ void Scene::SetTable(std::shared_ptr<const RoadmapLookup> lookup) {
   // At least r_ball, so that a table whose vertices all lie in the goal divides nothing by 0.
   if (lookup_ == nullptr) d_min_scale_ = std::max<double>(lookup->table().max_cost(), lookup->r_ball());
   lookup_ = std::move(lookup);
+  if (experiment_.environment.start == EnvironmentConfig::Start::kCostToGo) {
+    cost_starts_ = std::make_shared<const CostStarts>(*lookup_);
+  }
 }
 
 Pose Scene::TrainingStart(int vehicle, int episode) const {
   RandomStream random(experiment_.seed, RandomPurpose::kStart, static_cast<uint32_t>(vehicle),
                       static_cast<uint32_t>(episode));
-  const bool anywhere = experiment_.environment.start == EnvironmentConfig::Start::kUniform;
-  return DrawStart(random, anywhere ? world().start_space : world().start);
+  switch (experiment_.environment.start) {
+    case EnvironmentConfig::Start::kUniform:
+      break;
+    case EnvironmentConfig::Start::kStartRegion:
+      return DrawStartIn(random, world().start);
+    case EnvironmentConfig::Start::kCostToGo:
+      CAIRN_CHECK(cost_starts_ != nullptr, "a start by cost-to-go needs a cost table");
+      if (!cost_starts_->empty()) return DrawStart(random, world().bounds, [&] { return cost_starts_->Draw(random); });
+  }
+  return DrawStartIn(random, world().start_space);
 }
 
 Pose Scene::EvaluationStart(StartSet set, int index) const {
   CAIRN_CHECK(set != StartSet::kTraining);
   RandomStream random(experiment_.world.seed, StartPurpose(set), static_cast<uint32_t>(index));
-  return DrawStart(random, world().start_space);
+  return DrawStartIn(random, world().start_space);
 }
 
-Pose Scene::DrawStart(RandomStream& random, const Box& region) const {
-  const double clearance = experiment_.vehicle.circumscribed_radius() * (1 + kStartMargin);
-  for (int draw = 0; draw < kMaxDraws; ++draw) {
+Pose Scene::DrawStartIn(RandomStream& random, const Box& region) const {
+  return DrawStart(random, region, [&] {
     const double x = random.Uniform(region.min.x(), region.max.x());
     const double y = random.Uniform(region.min.y(), region.max.y());
     const double z = world().dimension == 3 ? random.Uniform(region.min.z(), region.max.z()) : 0;
-    const Vector3d p(x, y, z);
+    return Vector3d(x, y, z);
+  });
+}
+
+template <typename DrawPoint>
+Pose Scene::DrawStart(RandomStream& random, const Box& region, const DrawPoint& draw_point) const {
+  const double clearance = experiment_.vehicle.circumscribed_radius() * (1 + kStartMargin);
+  for (int draw = 0; draw < kMaxDraws; ++draw) {
+    const Vector3d p = draw_point();
     if (world().Contains(world().goal, p) || field().Distance(p) < clearance || !site_->reachability.Reaches(p))
       continue;
-    return {x, y, experiment_.vehicle.turns() ? random.Uniform(-std::numbers::pi, std::numbers::pi) : 0, z};
+    const double yaw = experiment_.vehicle.turns() ? random.Uniform(-std::numbers::pi, std::numbers::pi) : 0;
+    return {p.x(), p.y(), yaw, p.z()};
   }
   ThrowUsageError(
       "vehicle: no free start for its circumscribed radius of {:.4g} m among {} draws in x {}..{} m, y {}..{} m",

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "actors/cost_starts.h"
 #include "actors/motion.h"
 #include "common/config/experiment.h"
 #include "common/core/random.h"
@@ -34,8 +35,9 @@ class Scene {
   void SetTable(std::shared_ptr<const RoadmapLookup> lookup);
 
   /// Uniform pose in free space (circumscribed radius + 3 mm · radius/43 mm from obstacles, outside the goal, goal
-  /// reachable), or in the start region; yaw uniform, 0 for a vehicle that keeps it. Training: from (seed, vehicle,
-  /// kStart, episode). Throws UsageError when a million draws find none.
+  /// reachable), or in the start region, or spread over the table's cost-to-go; yaw uniform, 0 for a vehicle that keeps
+  /// it. Training: from (seed, vehicle, kStart, episode), and the table where environment.start is COST_TO_GO. Throws
+  /// UsageError when a million draws find none.
   Pose TrainingStart(int vehicle, int episode) const;
 
   /// Start `index` of a fixed evaluation set: uniform over free space whatever environment.start says; of all seeds it
@@ -72,13 +74,17 @@ class Scene {
   };
 
   Scene(const Scene&) = default;
-  Pose DrawStart(RandomStream& random, const Box& region) const;
+  // The first of the points that a vehicle may start from; `region` is where they are, for the error.
+  template <typename DrawPoint>
+  Pose DrawStart(RandomStream& random, const Box& region, const DrawPoint& draw_point) const;
+  Pose DrawStartIn(RandomStream& random, const Box& region) const;
 
   Experiment experiment_;
   int control_physics_steps_;
   Footprint footprint_;
   std::shared_ptr<const Site> site_, known_site_, evaluation_site_;
   std::shared_ptr<const RoadmapLookup> lookup_;
+  std::shared_ptr<const CostStarts> cost_starts_;  // of lookup_, with environment.start = COST_TO_GO
   double d_min_scale_ = 0;
 };
 

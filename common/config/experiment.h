@@ -151,7 +151,7 @@ struct PlannerConfig {
 };
 
 struct EnvironmentConfig {
-  enum class Start { kUniform, kStartRegion };
+  enum class Start { kUniform, kStartRegion, kCostToGo };
   double control_period = 0.1;
   double physics_rate_hz = 240;
   int max_episode_steps = 0;  ///< 0: derived from the roadmap, see EpisodeSteps

@@ -20,8 +20,8 @@ static_assert(proto::Vehicle::HOLONOMIC == static_cast<int>(VehicleConfig::Kind:
               proto::Vehicle::Kind_MAX == proto::Vehicle::QUADRUPED);
 static_assert(proto::Planner::RRG == static_cast<int>(PlannerConfig::Kind::kRrg) &&
               proto::Planner::Kind_MAX == proto::Planner::RRG);
-static_assert(proto::Environment::START_REGION == static_cast<int>(EnvironmentConfig::Start::kStartRegion) &&
-              proto::Environment::Start_MAX == proto::Environment::START_REGION);
+static_assert(proto::Environment::COST_TO_GO == static_cast<int>(EnvironmentConfig::Start::kCostToGo) &&
+              proto::Environment::Start_MAX == proto::Environment::COST_TO_GO);
 static_assert(proto::Reward::SPARSE == static_cast<int>(RewardConfig::Kind::kSparse) &&
               proto::Reward::EUCLIDEAN == static_cast<int>(RewardConfig::Kind::kEuclidean) &&
               proto::Reward::Kind_MAX == proto::Reward::EUCLIDEAN);

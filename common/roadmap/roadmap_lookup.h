@@ -30,6 +30,7 @@ class RoadmapLookup {
   Vector3d position(int vertex) const;
   int num_vertices() const { return static_cast<int>(table_.cost.size()); }
   double r_ball() const { return r_ball_; }
+  int dimension() const { return dimension_; }
 
  private:
   // A vertex with finite cost, packed for the scan.

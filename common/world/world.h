@@ -35,7 +35,7 @@ struct World {
   std::vector<Box> doors;  ///< holes that could be closed; no obstacles (mazes)
   Box start;
   Box goal;
-  Box start_space;  ///< where starts are drawn from, but for environment.start = START_REGION
+  Box start_space;  ///< where starts are drawn from, unless environment.start says otherwise
   /// The obstacles are a map's cells merged as it came: they say nothing about how thick walls are.
   bool imported = false;
 

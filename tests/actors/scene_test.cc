@@ -78,6 +78,40 @@ TEST(SceneTest, StartRegionHoldsTrainingStarts) {
   }
 }
 
+// The hall's goal is at its right end: within each fifth of the way to it lies a fifth of the starts, give or take
+// three standard deviations.
+TEST(SceneTest, StartsByCostToGoAreSpreadEvenlyOverTheWayToTheGoal) {
+  Experiment experiment = HallExperiment();
+  experiment.environment.start = EnvironmentConfig::Start::kCostToGo;
+  const auto scene = MakeScene(experiment), same = MakeScene(experiment);
+  const float longest = scene->lookup().table().max_cost();
+  constexpr int kStarts = 2000, kShares = 5;
+  int shares[kShares] = {};
+  for (int i = 0; i < kStarts; ++i) {
+    const Pose start = scene->TrainingStart(i % 7, i);
+    EXPECT_TRUE(Same(start, same->TrainingStart(i % 7, i)));
+    const Vector3d p(start.x, start.y, 0);
+    EXPECT_GE(scene->field().Distance(p), experiment.vehicle.circumscribed_radius());
+    EXPECT_FALSE(scene->world().Contains(scene->world().goal, p));
+    const float cost = scene->lookup().CostToGo(p);
+    ASSERT_TRUE(std::isfinite(cost));
+    ++shares[std::min(kShares - 1, static_cast<int>(kShares * cost / longest))];
+  }
+  // The farthest fifth lies in the corners, which the vehicle's radius takes from starts.
+  for (int k = 0; k < kShares - 1; ++k) EXPECT_NEAR(shares[k], kStarts / kShares, 54) << k;
+}
+
+TEST(SceneTest, StartsByCostToGoFollowTheTableInForce) {
+  Experiment experiment = HallExperiment();
+  experiment.environment.start = EnvironmentConfig::Start::kCostToGo;
+  Scene scene(experiment);
+  const Box goal = scene.world().goal;
+  scene.SetTable(MakeChain(goal, {1.5f, 2.7f}, 0.5f, 0.05));
+  for (int i = 0; i < 20; ++i) EXPECT_NEAR(scene.TrainingStart(0, i).x, 1.5, 0.05 + 1e-6);
+  scene.SetTable(MakeChain(goal, {0.5f, 2.7f}, 0.5f, 0.05));
+  for (int i = 0; i < 20; ++i) EXPECT_NEAR(scene.TrainingStart(0, i).x, 0.5, 0.05 + 1e-6);
+}
+
 // Every quarter of the maze and every quadrant of headings gets its share of 400 starts.
 TEST(SceneTest, StartsAreSpreadOverFreeSpace) {
   const Scene scene{Experiment{}};
