@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/core/check.h"
+#include "planner/bucket_paths.h"
 #include "planner/planner.h"
 
 namespace cairn::planner {
@@ -18,6 +19,7 @@ bool Later(const Item& a, const Item& b) { return a > b; }  // makes the standar
 // The paper's algorithm over CSR with a lazy heap: a vertex may be queued several times, stale entries are skipped.
 // Faster than decreasing keys at a roadmap's degrees (1.1 ms at 8,000 vertices).
 ShortestPaths ComputeShortestPaths(const Roadmap& roadmap, const std::vector<int32_t>& sources) {
+  if (SuitsBuckets(roadmap)) return BucketPaths(roadmap, sources);
   const auto vertices = static_cast<size_t>(roadmap.num_vertices());
   ShortestPaths paths{std::vector<float>(vertices, kUnreachable), std::vector<int32_t>(vertices, -1)};
   std::vector<Item> heap;

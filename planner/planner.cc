@@ -11,6 +11,7 @@
 #include "planner/builders/builder.h"
 #include "planner/collision/free_space.h"
 #include "planner/collision/swept_sphere_checker.h"
+#include "planner/roadmap_file.h"
 #include "planner/through_walls.h"
 
 namespace cairn::planner {
@@ -47,6 +48,12 @@ void CheckConfig(const World& world, const PlannerConfig& config, double inscrib
         "{:.6g} m, or costs are read through walls; the largest eta that passes is {:.6g} m",
         config.eta, limit, FourDigitsBelow(2 * limit));
   }
+  const bool space = world.dimension == 3;
+  const int neighbors = config.grid_neighbors;
+  if (config.kind == PlannerConfig::Kind::kGrid && neighbors != (space ? 6 : 4) && neighbors != (space ? 26 : 8)) {
+    ThrowUsageError("planner.grid_neighbors = {}: must be {}", neighbors,
+                    space ? "6 or 26 in space" : "4 or 8 in the plane");
+  }
   if (!(config.min_spacing >= 0 && config.min_spacing <= config.r_ball())) {
     ThrowUsageError("planner.min_spacing = {} m: must be in [0, {:.6g}] (eta / 2), or vertices cannot cover free space",
                     config.min_spacing, config.r_ball());
@@ -77,6 +84,11 @@ int CountComponents(const Roadmap& roadmap) {
 
 }  // namespace
 
+const char* NameOf(PlannerConfig::Kind kind) {
+  constexpr const char* kNames[] = {"RRG", "PRM_STAR", "RRT", "RRT_STAR", "GRID"};
+  return kNames[static_cast<int>(kind)];
+}
+
 void CheckPlannable(const World& world, const DistanceField& field, const PlannerConfig& config,
                     double inscribed_radius) {
   CheckConfig(world, config, inscribed_radius);
@@ -91,19 +103,24 @@ BuiltRoadmap BuildRoadmap(const World& world, const DistanceField& field, const 
   reachability.CheckStart();
   const SweptSphereChecker checker(world, config.radius, &field);
   const FreeSpace space(world, checker, reachability);
-  Grown grown = Grow({space, config, reachability.goal_point()});
+  Grown grown = Grow({space, field, config, reachability.goal_point()});
   BuiltRoadmap built{std::move(grown.roadmap), {}};
+  built.info.kind = grown.kind;
   built.info.vertices = built.roadmap.num_vertices();
   built.info.edges = built.roadmap.num_edges();
   built.info.samples = static_cast<int>(grown.samples);
   built.info.coverage = grown.coverage;
   built.info.components = CountComponents(built.roadmap);
-  if (world.imported) {
+  if (world.imported && !NoWallIsTooThin(config, inscribed_radius)) {  // spares large maps a table
     CheckCostsBehindWalls(world, field, built.roadmap, ComputeCostTable(built.roadmap, world, world.goal), config,
                           inscribed_radius);
   }
   built.info.build_s = SecondsSince(start);
   return built;
+}
+
+std::string SaveRoadmap(const World& world, const PlannerConfig& config, const BuiltRoadmap& built) {
+  return EncodeRoadmap({built.info.kind, config.radius, HashOf(world), built.info.samples, built.roadmap});
 }
 
 }  // namespace cairn::planner

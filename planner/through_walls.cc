@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "common/core/check.h"
@@ -17,12 +19,23 @@ constexpr int kDrawsPerSample = 1000;
 // Vertices in sight are looked for this far, in r_ball: those within r_ball may all stand behind the wall.
 constexpr double kSightBalls = 3;
 
+// Vertices in random order, as the tree of points wants them: those of a lattice come sorted.
+std::vector<int32_t> Shuffled(int count) {
+  std::vector<int32_t> order(count);
+  std::iota(order.begin(), order.end(), 0);
+  RandomStream random(0, RandomPurpose::kPlanner, 4);
+  for (int i = count - 1; i > 0; --i) std::swap(order[i], order[random.Below(static_cast<uint32_t>(i) + 1)]);
+  return order;
+}
+
 class Sight {
  public:
   Sight(const DistanceField& field, const Roadmap& roadmap, const CostTable& table, double r_ball)
-      : field_(field), table_(table), r_ball_(r_ball), tree_(roadmap.dimension) {
-    for (int v = 0; v < roadmap.num_vertices(); ++v) positions_.push_back(roadmap.position(v));
-    for (const Vector3d& p : positions_) tree_.Add(p);
+      : field_(field), r_ball_(r_ball), tree_(roadmap.dimension) {
+    for (const int32_t v : Shuffled(roadmap.num_vertices())) {
+      tree_.Add(roadmap.position(v));
+      cost_.push_back(table.cost[v]);
+    }
   }
 
   // How much cheaper than anything in sight the cheapest vertex within r_ball is [m]; 0 when it is in sight.
@@ -30,28 +43,27 @@ class Sight {
     tree_.Within(p, r_ball_, found_);
     int cheapest = -1;
     for (const int32_t v : found_) {
-      if (cheapest < 0 || table_.cost[v] < table_.cost[cheapest]) cheapest = v;
+      if (cheapest < 0 || cost_[v] < cost_[cheapest]) cheapest = v;
     }
-    if (cheapest < 0 || !std::isfinite(table_.cost[cheapest]) || Sees(p, cheapest)) return 0;
+    if (cheapest < 0 || !std::isfinite(cost_[cheapest]) || Sees(p, cheapest)) return 0;
     double in_sight = std::numeric_limits<double>::infinity();
     tree_.Within(p, kSightBalls * r_ball_, found_);
     for (const int32_t v : found_) {
-      if (table_.cost[v] < in_sight && Sees(p, v)) in_sight = table_.cost[v];
+      if (cost_[v] < in_sight && Sees(p, v)) in_sight = cost_[v];
     }
-    return in_sight - table_.cost[cheapest];
+    return in_sight - cost_[cheapest];
   }
 
  private:
   // Walls of one node's width show as a distance of 0 only, give or take the interpolation.
   bool Sees(const Vector3d& p, int vertex) const {
-    return field_.SegmentClear(p, positions_[vertex], field_.interpolation_error());
+    return field_.SegmentClear(p, tree_.point(vertex), field_.interpolation_error());
   }
 
   const DistanceField& field_;
-  const CostTable& table_;
   double r_ball_;
   PointTree tree_;
-  std::vector<Vector3d> positions_;
+  std::vector<float> cost_;     // by number in the tree
   std::vector<int32_t> found_;  // scratch
 };
 
@@ -59,8 +71,8 @@ class Sight {
 
 void CheckCostsBehindWalls(const World& world, const DistanceField& field, const Roadmap& roadmap,
                            const CostTable& table, const PlannerConfig& config, double inscribed_radius) {
+  if (NoWallIsTooThin(config, inscribed_radius)) return;
   const double certain = config.radius + inscribed_radius;
-  if (config.r_ball() < certain) return;
   Sight sight(field, roadmap, table, config.r_ball());
   RandomStream random(config.seed, RandomPurpose::kPlanner, 3);
   for (int draw = 0, samples = 0; samples < kSamples && draw < kSamples * kDrawsPerSample; ++draw) {

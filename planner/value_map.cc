@@ -17,6 +17,23 @@ ValueMap MakeValueMap(const World& world, int across) {
   return map;
 }
 
+ValueMap MapCosts(const World& world, const Roadmap& roadmap, const CostTable& table, int across) {
+  ValueMap map = MakeValueMap(world, across);
+  map.label = "cost-to-go [m]";
+  const auto cell = [&](double coordinate, double low, int count) {
+    return std::clamp(static_cast<int>((coordinate - low) / map.cell), 0, count - 1);
+  };
+  for (int v = 0; v < roadmap.num_vertices(); ++v) {
+    if (!std::isfinite(table.cost[v])) continue;
+    const Vector3d p = roadmap.position(v);
+    const int row = cell(p.y(), world.bounds.min.y(), map.rows),
+              column = cell(p.x(), world.bounds.min.x(), map.columns);
+    float& value = map.values[static_cast<size_t>(row) * map.columns + column];
+    value = std::isnan(value) ? table.cost[v] : std::min(value, table.cost[v]);
+  }
+  return map;
+}
+
 Vector3d CellCenter(const World& world, const ValueMap& map, int row, int column) {
   return {world.bounds.min.x() + (column + 0.5) * map.cell, world.bounds.min.y() + (row + 0.5) * map.cell, 0};
 }

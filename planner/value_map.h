@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "common/roadmap/roadmap.h"
 #include "common/world/world.h"
 
 namespace cairn::planner {
@@ -18,6 +19,10 @@ struct ValueMap {
 
 /// A grid without values, `across` cells along the longer side of the bounds.
 ValueMap MakeValueMap(const World& world, int across);
+
+/// The smallest finite cost-to-go [m] of the vertices in each cell of such a grid: what is left to draw of a roadmap
+/// with more vertices than a picture has points.
+ValueMap MapCosts(const World& world, const Roadmap& roadmap, const CostTable& table, int across);
 
 /// Centre of a cell; z is 0.
 Vector3d CellCenter(const World& world, const ValueMap& map, int row, int column);

@@ -15,6 +15,8 @@ PurePursuit::PurePursuit(std::shared_ptr<const Scene> scene, const PurePursuitPa
 
 PlannerConfig PurePursuit::Planner(const Experiment& experiment, const PurePursuitParams& params) {
   PlannerConfig planner = experiment.planner;
+  planner.kind = PlannerConfig::Kind::kRrg;  // the same referee whatever rewards the policy
+  planner.roadmap.clear();
   planner.radius = params.planning_radius * experiment.vehicle.circumscribed_radius();
   planner.min_spacing = params.min_spacing * experiment.vehicle.circumscribed_radius();
   return planner;

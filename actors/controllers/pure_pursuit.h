@@ -34,7 +34,7 @@ class PurePursuit final : public Controller {
   /// `scene` holds the table of the roadmap built with `Planner(experiment)`; it need not be the environments' own.
   explicit PurePursuit(std::shared_ptr<const Scene> scene, const PurePursuitParams& params = {});
 
-  /// The experiment's planner with the referee's own inflation and spacing.
+  /// The experiment's planner as RRG, whatever it is, with the referee's own inflation and spacing.
   static PlannerConfig Planner(const Experiment& experiment, const PurePursuitParams& params = {});
 
   void Act(std::span<const Environment* const> environments, float* actions) override;

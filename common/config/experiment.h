@@ -135,7 +135,7 @@ struct VehicleConfig {
 };
 
 struct PlannerConfig {
-  enum class Kind { kRrg };
+  enum class Kind { kRrg, kPrmStar, kRrt, kRrtStar, kGrid };
   Kind kind = Kind::kRrg;
   double eta = 0.1;
   double radius = 0.03;
@@ -143,6 +143,10 @@ struct PlannerConfig {
   double coverage = 0.999;
   int max_samples = 2000000;
   uint64_t seed = 1;
+  double grid_cell = 0.025;
+  int grid_neighbors = 8;
+  int path_samples = 20000;
+  std::string roadmap;  ///< file to read; empty: none, build one
 
   /// Paper: r = eta / 2 [m].
   double r_ball() const { return 0.5 * eta; }

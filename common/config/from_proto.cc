@@ -19,7 +19,11 @@ static_assert(proto::Vehicle::HOLONOMIC == static_cast<int>(VehicleConfig::Kind:
               proto::Vehicle::QUADRUPED == static_cast<int>(VehicleConfig::Kind::kQuadruped) &&
               proto::Vehicle::Kind_MAX == proto::Vehicle::QUADRUPED);
 static_assert(proto::Planner::RRG == static_cast<int>(PlannerConfig::Kind::kRrg) &&
-              proto::Planner::Kind_MAX == proto::Planner::RRG);
+              proto::Planner::PRM_STAR == static_cast<int>(PlannerConfig::Kind::kPrmStar) &&
+              proto::Planner::RRT == static_cast<int>(PlannerConfig::Kind::kRrt) &&
+              proto::Planner::RRT_STAR == static_cast<int>(PlannerConfig::Kind::kRrtStar) &&
+              proto::Planner::GRID == static_cast<int>(PlannerConfig::Kind::kGrid) &&
+              proto::Planner::Kind_MAX == proto::Planner::GRID);
 static_assert(proto::Environment::COST_TO_GO == static_cast<int>(EnvironmentConfig::Start::kCostToGo) &&
               proto::Environment::Start_MAX == proto::Environment::COST_TO_GO);
 static_assert(proto::Reward::SPARSE == static_cast<int>(RewardConfig::Kind::kSparse) &&
@@ -108,6 +112,10 @@ PlannerConfig Planner(const proto::Planner& message) {
   planner.coverage = message.coverage();
   planner.max_samples = message.max_samples();
   planner.seed = message.seed();
+  planner.grid_cell = message.grid_cell();
+  planner.grid_neighbors = message.grid_neighbors();
+  planner.path_samples = message.path_samples();
+  planner.roadmap = message.roadmap();
   return planner;
 }
 

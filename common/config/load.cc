@@ -15,6 +15,7 @@
 #include "common/config/override.h"
 #include "common/config/ranges.h"
 #include "common/config/resolve.h"
+#include "common/config/roadmap_path.h"
 #include "common/config/rules.h"
 #include "common/config/text_reader.h"
 #include "common/core/check.h"
@@ -52,6 +53,7 @@ uint64_t Hash(proto::Experiment message) {
   message.clear_name();
   message.clear_transport();
   message.mutable_world()->clear_map();
+  message.mutable_planner()->clear_roadmap();
   const std::string text = Print(message);
   return ContentHash(text.data(), text.size());
 }
@@ -67,13 +69,16 @@ LoadedExperiment ParseExperiment(const std::string& text, const std::string& sou
   config::ApplyArguments(arguments, &draft);
   for (const std::string& assignment : overrides) config::ApplyOverride(assignment, &draft);
   config::CheckRanges(draft);  // before deriving, so that the typed value is named and not what followed from it
-  const config::ReadMapResult read = config::ReadMap(std::filesystem::path(source).parent_path().string(), &draft);
+  const std::string directory = std::filesystem::path(source).parent_path().string();
+  const config::ReadMapResult read = config::ReadMap(directory, &draft);
+  const std::string roadmap = config::FindRoadmap(directory, &draft);
   config::Resolve(&draft, read.map.get());
   config::CheckRanges(draft);
   config::CheckRules(draft);
   LoadedExperiment loaded{config::FromProto(draft.message), Print(draft.message), Hash(draft.message)};
   loaded.experiment.world.map.file = read.file;
   loaded.experiment.world.imported = read.map;
+  loaded.experiment.planner.roadmap = roadmap;
   return loaded;
 }
 

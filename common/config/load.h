@@ -11,14 +11,17 @@ namespace cairn {
 /// Where a run directory keeps its copy of the map (CopyMap of common/world/import/import_map.h).
 constexpr const char* kMapFolder = "map";
 
+/// Where a run directory keeps its copy of planner.roadmap.
+constexpr const char* kRoadmapFolder = "roadmap";
+
 /// An experiment as read, overridden and resolved.
 struct LoadedExperiment {
   Experiment experiment;
   /// Canonical protobuf text with every derived value filled in; loading it again gives the same experiment. A map is
-  /// expected in the folder kMapFolder beside it.
+  /// expected in the folder kMapFolder beside it, a roadmap in kRoadmapFolder.
   std::string resolved_text;
   /// Content hash of what all processes of a run must agree on: `resolved_text` without `name`, `transport` and where
-  /// the map is, but with the hash of what the map says.
+  /// map and roadmap are, but with the hashes of what they say.
   uint64_t hash = 0;
 };
 

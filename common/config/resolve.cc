@@ -16,6 +16,7 @@ using google::protobuf::Reflection;
 // 0.0430 m, inscribed 0.025 m) they give the metres with which the recipe was found (docs/recipes.md).
 constexpr double kEtaRadii = 2.3;                  // 0.099 m
 constexpr double kPlanningRadii = 1.2;             // of the inscribed radius: 0.030 m
+constexpr double kGridCellEtas = 0.25;             // of eta: 0.025 m
 constexpr double kScanRangeRadii = 9.3;            // 0.400 m
 constexpr double kLookAheadNearRadii = 2.8;        // 0.120 m
 constexpr double kLookAheadFarRadii = 7.0;         // 0.301 m
@@ -127,10 +128,19 @@ void DeriveEnvironment(const VehicleConfig& config, const proto::Vehicle& vehicl
   environment->set_control_period(std::max(1.0, std::round(std::clamp(period, 0.004, 10.0) * rate)) / rate);
 }
 
-void DerivePlanner(double circumscribed, double inscribed, proto::Planner* planner) {
+// A map's own cell or the largest whole part of it that no ball of r_ball = eta / 2 falls through.
+double GridCell(const ImportedMap* map, double eta) {
+  if (map == nullptr || map->cell == 0) return kGridCellEtas * eta;
+  return map->cell / std::max(1.0, std::ceil(map->cell * std::sqrt(map->dimension) / eta - 1e-9));
+}
+
+void DerivePlanner(const VehicleConfig& vehicle, const ImportedMap* map, proto::Planner* planner) {
+  const double circumscribed = vehicle.circumscribed_radius(), inscribed = vehicle.inscribed_radius();
   if (!planner->has_eta()) planner->set_eta(kEtaRadii * circumscribed);
   if (!planner->has_radius()) planner->set_radius(kPlanningRadii * inscribed);
   if (!planner->has_min_spacing()) planner->set_min_spacing(0.5 * planner->eta());
+  if (!planner->has_grid_cell()) planner->set_grid_cell(GridCell(map, planner->eta()));
+  if (!planner->has_grid_neighbors()) planner->set_grid_neighbors(vehicle.dimension() == 3 ? 26 : 8);
 }
 
 void DeriveObservation(double circumscribed, proto::Observation* observation) {
@@ -181,7 +191,7 @@ void Resolve(Draft* draft, const ImportedMap* map) {
   const double circumscribed = vehicle.circumscribed_radius();
   const double inscribed = vehicle.inscribed_radius();
   DeriveEnvironment(vehicle, experiment.vehicle(), experiment.mutable_environment());
-  DerivePlanner(circumscribed, inscribed, experiment.mutable_planner());
+  DerivePlanner(vehicle, map, experiment.mutable_planner());
   DeriveObservation(circumscribed, experiment.mutable_observation());
   if (!experiment.world().has_unseen_obstacle_size()) {
     experiment.mutable_world()->set_unseen_obstacle_size(circumscribed);

@@ -84,11 +84,21 @@ void CheckVehicle(const Draft& draft) {
 }
 
 // A coarser spacing could never cover free space with balls of r_ball = eta / 2.
-void CheckPlanner(const Draft& draft) {
+void CheckSpacing(const Draft& draft) {
   const proto::Planner& planner = draft.message.planner();
   if (planner.min_spacing() <= 0.5 * planner.eta()) return;
   ThrowUsageError("{} must not exceed r_ball = eta / 2, {}", draft.Show("planner.min_spacing", planner.min_spacing()),
                   draft.Show("planner.eta", planner.eta()));
+}
+
+void CheckPlanner(const Draft& draft) {
+  CheckSpacing(draft);
+  const int neighbors = draft.message.planner().grid_neighbors();
+  const bool flies = draft.message.vehicle().kind() == proto::Vehicle::QUADROTOR;
+  if (neighbors == (flies ? 6 : 4) || neighbors == (flies ? 26 : 8)) return;
+  ThrowUsageError("{} must be {}", draft.Show("planner.grid_neighbors", neighbors),
+                  flies ? "6 (along the axes) or 26 (and diagonals) for a vehicle that flies"
+                        : "4 (along the axes) or 8 (and diagonals) for a vehicle in the plane");
 }
 
 // Physics has one fixed step, so that its accuracy does not depend on the control period.

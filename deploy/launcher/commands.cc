@@ -78,6 +78,8 @@ void AddPlan(CLI::App* app, Commands* commands) {
   command->add_option("file", options->file, "Experiment file")->required();
   command->add_option("--svg", options->svg, "Picture to write");
   command->add_option("--html", options->html, "Interactive page to write, also of worlds in space");
+  command->add_option("--save", options->save, "Roadmap file to write, for planner.roadmap");
+  command->add_option("--scen", options->scen, "Check a Moving AI scenario's lengths on the map instead of planning");
   command->add_flag("--json", options->json, "Print one JSON object");
   AddPlace(command, &options->place);
   AddOverrides(command, &options->overrides);

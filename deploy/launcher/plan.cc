@@ -5,11 +5,14 @@
 #include <nlohmann/json.hpp>
 
 #include "common/config/load.h"
+#include "common/core/check.h"
 #include "common/core/files.h"
 #include "deploy/launcher/planned_world.h"
+#include "deploy/launcher/scenario_check.h"
 #include "planner/page/page.h"
 #include "planner/path.h"
 #include "planner/picture.h"
+#include "planner/value_map.h"
 
 namespace cairn::deploy {
 namespace {
@@ -42,6 +45,7 @@ void PrintJson(const PlannedWorld& planned, double path_length) {
   nlohmann::ordered_json json;
   AddWorld(planned.world, &json);
   json["goal_reached_from"] = planned.free_share;
+  json["kind"] = planner::NameOf(info.kind);
   json["vertices"] = info.vertices;
   json["edges"] = info.edges;
   json["samples"] = info.samples;
@@ -61,6 +65,7 @@ void PrintText(const PlannedWorld& planned, double path_length) {
   PrintWorld(world);
   fmt::print("goal          {}, reached from {:.2f} % of free space\n", ToString(world.goal, world.dimension),
              100 * planned.free_share);
+  fmt::print("planner       {}\n", planner::NameOf(info.kind));
   fmt::print("vertices      {}\nedges         {}\ncomponents    {}\n", info.vertices, info.edges, info.components);
   fmt::print("coverage      {:.4f} of free space within r_ball of a vertex\n", info.coverage);
   fmt::print("optimal path  {:.3f} m from the start region\n", path_length);
@@ -72,10 +77,23 @@ std::string Subtitle(const planner::BuildInfo& info) {
   return fmt::format("{} vertices, {} edges, coverage {:.4f}", info.vertices, info.edges, info.coverage);
 }
 
+// More vertices than this are no lines to look at but a surface.
+constexpr int kMaxDrawnVertices = 100000;
+constexpr int kCellsAcross = 760;  // one a pixel
+
+void WriteCostPicture(const PlannedWorld& planned, planner::PictureOptions picture, const std::string& file) {
+  const planner::ValueMap costs = planner::MapCosts(planned.world, planned.built.roadmap, planned.table, kCellsAcross);
+  picture.values = &costs;
+  const planner::Path path = planner::OptimalPath(planned.world, planned.built.roadmap, planned.table);
+  WriteFileAtomically(file,
+                      planner::DrawScene(planned.world, nullptr, nullptr, {{path.points, Outcome::kGoal}}, picture));
+}
+
 void WritePicture(const PlannedWorld& planned, const std::string& name, const std::string& file) {
   planner::PictureOptions picture;
   picture.title = name;
   picture.subtitle = Subtitle(planned.built.info);
+  if (planned.built.info.vertices > kMaxDrawnVertices) return WriteCostPicture(planned, picture, file);
   picture.r_ball = planned.r_ball;
   picture.door_numbers = true;
   WriteFileAtomically(file, planner::DrawScene(planned.world, &planned.built.roadmap, &planned.table, {}, picture));
@@ -120,19 +138,40 @@ void WritePage(const PlannedWorld& planned, const std::string& name, const std::
   page.title = name;
   page.subtitle = Subtitle(planned.built.info);
   page.door_numbers = true;
-  WriteFileAtomically(file, planner::MakePage(planned.world, &planned.built.roadmap, &planned.table, {}, page));
+  const bool drawn = planned.built.info.vertices <= kMaxDrawnVertices;
+  if (!drawn) page.subtitle += ": too many to draw";
+  WriteFileAtomically(file, planner::MakePage(planned.world, drawn ? &planned.built.roadmap : nullptr,
+                                              drawn ? &planned.table : nullptr, {}, page));
+}
+
+void CheckAlone(const PlanOptions& options) {
+  const char* other = !options.svg.empty()    ? "--svg"
+                      : !options.html.empty() ? "--html"
+                      : !options.save.empty() ? "--save"
+                                              : nullptr;
+  if (other != nullptr) ThrowUsageError("--scen {}: {} does not go with it; it builds no roadmap", options.scen, other);
 }
 
 }  // namespace
 
 int Plan(const PlanOptions& options) {
   const Experiment experiment = LoadExperiment(options.file, options.overrides, options.place).experiment;
+  if (!options.scen.empty()) {
+    CheckAlone(options);
+    return CheckScenario(options.scen, experiment.world, options.json);
+  }
   CheckSvg(options.svg, experiment);
-  if (!HasGoal(experiment.world)) return PlanMapOnly(options, experiment);
+  if (!HasGoal(experiment.world)) {
+    if (!options.save.empty()) ThrowUsageError("--save {}: a roadmap needs a goal, --goal X,Y", options.save);
+    return PlanMapOnly(options, experiment);
+  }
   const PlannedWorld planned = PlanWorld(experiment, experiment.planner);
   const double path_length = planner::OptimalPath(planned.world, planned.built.roadmap, planned.table).length;
   if (!options.svg.empty()) WritePicture(planned, experiment.name, options.svg);
   if (!options.html.empty()) WritePage(planned, experiment.name, options.html);
+  if (!options.save.empty()) {
+    WriteFileAtomically(options.save, planner::SaveRoadmap(planned.world, experiment.planner, planned.built));
+  }
   if (options.json) {
     PrintJson(planned, path_length);
   } else {

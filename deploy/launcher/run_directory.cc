@@ -85,7 +85,7 @@ T Get(const nlohmann::json& json, const char* key) {
 }  // namespace
 
 RunDirectory RunDirectory::Create(const std::string& path, const std::string& name, const std::string& resolved_text,
-                                  const std::string& map_file) {
+                                  const std::string& map_file, const std::string& roadmap_file) {
   RunDirectory directory(fs::absolute(path.empty() ? DefaultPath(name) : path).lexically_normal().string());
   while (directory.path_.size() > 1 && directory.path_.back() == '/') directory.path_.pop_back();
   CheckVacant(directory.path_);
@@ -98,6 +98,12 @@ RunDirectory RunDirectory::Create(const std::string& path, const std::string& na
     if (!MakeDirectory(directory.map_folder(), &undo)) ThrowTaken(directory.path_, kMapFolder);
     undo.MadeTree(directory.map_folder());
     CopyMap(map_file, directory.map_folder());
+  }
+  if (!roadmap_file.empty()) {
+    if (!MakeDirectory(directory.roadmap_folder(), &undo)) ThrowTaken(directory.path_, kRoadmapFolder);
+    undo.MadeTree(directory.roadmap_folder());
+    WriteFileAtomically(directory.roadmap_folder() + "/" + fs::path(roadmap_file).filename().string(),
+                        ReadFile(roadmap_file));
   }
   undo.Made(directory.experiment_file());
   WriteFileAtomically(directory.experiment_file(), resolved_text);
@@ -172,6 +178,7 @@ void WriteRunInfo(const RunDirectory& directory, const RunInfo& info) {
     json["join"] = JoinCommand(info.bus);
     json["copy_to_other_hosts"] = nlohmann::json::array({directory.experiment_file()});
     if (fs::exists(directory.map_folder())) json["copy_to_other_hosts"].push_back(directory.map_folder());
+    if (fs::exists(directory.roadmap_folder())) json["copy_to_other_hosts"].push_back(directory.roadmap_folder());
     if (info.bus.key) json["copy_to_other_hosts"].push_back(directory.key_file());
   }
   for (int plane = 0; plane < kNumPlanes; ++plane) {

@@ -10,16 +10,16 @@
 
 namespace cairn::deploy {
 
-/// The directory of one run: experiment.textproto, map/ if its world is one, run.json, log/, checkpoints/, with ttl ≥ 1
-/// the run's key, and what the learner adds.
+/// The directory of one run: experiment.textproto, map/ and roadmap/ if it has them, run.json, log/, checkpoints/, with
+/// ttl ≥ 1 the run's key, and what the learner adds.
 class RunDirectory {
  public:
   /// Creates `path`, or runs/<name>-<date>-<time> when it is empty, with its sub-directories and the experiment as
   /// resolved. Other files in it are left alone. Throws UsageError when it already holds a run, Error when it cannot be
   /// written (disk full, …); nothing half-written is left then.
-  /// `map_file`, if not empty, is copied into map/.
+  /// `map_file` and `roadmap_file`, if not empty, are copied into map/ and roadmap/.
   static RunDirectory Create(const std::string& path, const std::string& name, const std::string& resolved_text,
-                             const std::string& map_file = "");
+                             const std::string& map_file = "", const std::string& roadmap_file = "");
 
   /// Throws UsageError when `path` already holds a run.
   static void CheckVacant(const std::string& path);
@@ -34,6 +34,7 @@ class RunDirectory {
   const std::string& path() const { return path_; }
   std::string experiment_file() const { return path_ + "/experiment.textproto"; }
   std::string map_folder() const { return path_ + "/" + kMapFolder; }
+  std::string roadmap_folder() const { return path_ + "/" + kRoadmapFolder; }
   std::string info_file() const { return path_ + "/run.json"; }
   std::string key_file() const { return path_ + "/key"; }
   std::string log_file(const std::string& process) const { return path_ + "/log/" + process + ".log"; }

@@ -72,7 +72,7 @@ class Training {
         ports_(PortBlock::Claim(loaded_.experiment.transport.base_port)),
         directory_(options.resume.empty()
                        ? RunDirectory::Create(options.run_dir, loaded_.experiment.name, loaded_.resolved_text,
-                                              loaded_.experiment.world.map.file)
+                                              loaded_.experiment.world.map.file, loaded_.experiment.planner.roadmap)
                        : RunDirectory::Resume(options.resume, loaded_.experiment.total_env_steps)),
         status_line_(stdout, StatusLine::ModeFor(stdout, options.quiet)) {
     log::Init("cairn", directory_.log_file("launcher"));
@@ -114,6 +114,7 @@ class Training {
     if (bus_.ttl > 0) {
       std::string copied = "experiment.textproto";
       if (loaded_.experiment.world.imported != nullptr) copied += ", map";
+      if (!loaded_.experiment.planner.roadmap.empty()) copied += ", roadmap";
       if (bus_.key) copied += " and key";
       Say(fmt::format("other hosts join with copies of the run directory's {}: {}", copied, JoinCommand(bus_)));
     }

@@ -12,6 +12,21 @@ namespace {
 
 constexpr int kRootSamples = 1000;
 
+Grown Build(const BuildTask& task) {
+  switch (task.config.kind) {
+    case PlannerConfig::Kind::kPrmStar:
+      return GrowPrmStar(task);
+    case PlannerConfig::Kind::kRrt:
+    case PlannerConfig::Kind::kRrtStar:
+      return GrowPath(task);
+    case PlannerConfig::Kind::kGrid:
+      return GrowGrid(task);
+    case PlannerConfig::Kind::kRrg:
+      break;
+  }
+  return GrowRrg(task);
+}
+
 }  // namespace
 
 std::vector<Vector3d> ChooseRoots(const BuildTask& task) {
@@ -43,11 +58,10 @@ void ThrowSampleCap(const PlannerConfig& config, double coverage) {
 
 Grown Grow(const BuildTask& task) {
   ompl::msg::setLogLevel(ompl::msg::LOG_WARN);
-  switch (task.config.kind) {
-    case PlannerConfig::Kind::kRrg:
-      break;
-  }
-  return GrowRrg(task);
+  if (!task.config.roadmap.empty()) return GrowFromFile(task);
+  Grown grown = Build(task);
+  grown.kind = task.config.kind;
+  return grown;
 }
 
 }  // namespace cairn::planner

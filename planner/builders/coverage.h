@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "planner/builders/point_tree.h"
@@ -15,6 +16,13 @@ class Coverage {
 
   /// Counts what a new vertex covers.
   void AddVertex(const Vector3d& p);
+
+  /// Share of free space for which `near` says that a vertex is near, whatever was added.
+  template <typename Near>
+  double ShareOf(const Near& near) const {
+    return static_cast<double>(std::count_if(samples_.begin(), samples_.end(), near)) /
+           static_cast<double>(samples_.size());
+  }
 
   const std::vector<Vector3d>& samples() const { return samples_; }
 

@@ -91,6 +91,17 @@ class Sampler : public ob::ValidStateSampler {
   RandomStream random_;
 };
 
+// What lies between states is rounded as states are, so that a tree's motions are tested as a roadmap stores them.
+class FloatSpace : public ob::RealVectorStateSpace {
+ public:
+  using ob::RealVectorStateSpace::RealVectorStateSpace;
+  void interpolate(const ob::State* from, const ob::State* to, double t, ob::State* state) const override {
+    ob::RealVectorStateSpace::interpolate(from, to, t, state);
+    const auto dimension = static_cast<int>(getDimension());
+    ToState(RoundToFloat(ToPosition(state, dimension), dimension), dimension, state);
+  }
+};
+
 class RegionGoal : public ob::GoalRegion {
  public:
   RegionGoal(const ob::SpaceInformationPtr& information, int dimension, const Box& region)
@@ -120,7 +131,7 @@ void ToState(const Vector3d& p, int dimension, ob::State* state) {
 
 ob::SpaceInformationPtr MakeSpaceInformation(const FreeSpace& space, uint64_t seed) {
   const World& world = space.world();
-  const auto state_space = std::make_shared<ob::RealVectorStateSpace>(world.dimension);
+  const auto state_space = std::make_shared<FloatSpace>(world.dimension);
   ob::RealVectorBounds bounds(world.dimension);
   for (int k = 0; k < world.dimension; ++k) {
     bounds.setLow(k, world.bounds.min[k]);

@@ -13,7 +13,8 @@ namespace cairn::planner {
 
 /// OMPL's view of a free space: R² or R³ within the world's bounds; states are valid when the robot's sphere is free,
 /// motions when it is free all the way (FCL, exact); valid-state samplers draw from `FreeSpace` with a RandomStream of
-/// (seed, kPlanner), never from OMPL's global generator. `space` must outlive it. The first sampler allocated draws
+/// (seed, kPlanner), never from OMPL's global generator. Interpolated states are rounded to float as a
+/// roadmap stores them. `space` must outlive it. The first sampler allocated draws
 /// the same states each time.
 ompl::base::SpaceInformationPtr MakeSpaceInformation(const FreeSpace& space, uint64_t seed);
 

@@ -6,6 +6,7 @@
 #include "common/core/check.h"
 #include "common/world/import/gazebo_world.h"
 #include "common/world/import/moving_ai.h"
+#include "common/world/import/moving_ai_scenario.h"
 #include "common/world/import/octomap.h"
 #include "common/world/import/ros_map.h"
 
@@ -68,6 +69,14 @@ std::string WithSoundChecksums(std::string png) {
 }
 
 [[maybe_unused]] void ReadMovingAiBytes(const std::string& bytes) { Use(ReadMovingAi(bytes, kFile, 0.5, kMaxCells)); }
+
+[[maybe_unused]] void ReadScenarioBytes(const std::string& bytes) {
+  const Scenario scenario = ReadScenario(bytes, kFile);
+  for (const ScenarioPath& path : scenario.paths) {
+    CAIRN_CHECK(path.start[0] >= 0 && path.start[0] < scenario.width && path.goal[1] >= 0 &&
+                path.goal[1] < scenario.height && path.length >= 0);
+  }
+}
 
 [[maybe_unused]] void ReadOctomapBytes(const std::string& bytes) {
   try {

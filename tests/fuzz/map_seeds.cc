@@ -18,6 +18,7 @@ std::vector<std::pair<std::string, std::string>> MapSeeds() {
        "</geometry></collision></link></model><state><model name='b'><pose>4 4 0 0 0 0</pose></model></state></world>"
        "</sdf>"},
       {"MapMovingAi", "type octile\nheight 3\nwidth 4\nmap\n.G@O\nS.TW\n@@@.\n"},
+      {"MapScenario", "version 1\n0\ta.map\t4\t3\t0\t1\t2\t2\t2.41421356\n10\ta.map\t4\t3\t0\t0\t3\t0\t5\n"},
       {"MapOctomap", octree},
       {"MapPgm", "P5\n# comment\n4 3 255\n" + std::string("\0\xff\xff\0\0\xff\xcd\0\0\xff\xff\0", 12)},
       {"MapPng", WritePng(grey)},

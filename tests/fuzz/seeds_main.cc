@@ -4,6 +4,7 @@
 
 #include "common/bus/codec.h"
 #include "learner/checkpoint/checkpoint_file.h"
+#include "planner/roadmap_file.h"
 #include "tests/fuzz/map_seeds.h"
 
 namespace cairn {
@@ -61,6 +62,14 @@ void WriteAll(const std::filesystem::path& d) {
   Write(d, "ActorTelemetry", ActorTelemetry{.actor_id = 1});
   Write(d, "PlannerTelemetry", PlannerTelemetry{.num_vertices = 3});
   for (const auto& [target, bytes] : MapSeeds()) Write(d, target, bytes.data(), bytes.size());
+  planner::SavedRoadmap saved{PlannerConfig::Kind::kRrt, 0.03, 1, 2, {}};
+  saved.roadmap.positions = {0, 0, 1, 0, 1, 1};
+  saved.roadmap.offsets = {0, 1, 3, 4};
+  saved.roadmap.neighbors = {1, 0, 2, 1};
+  saved.roadmap.lengths = {1, 1, 1, 1};
+  const std::string roadmap = planner::EncodeRoadmap(saved);
+  Write(d, "roadmap", roadmap.data(), roadmap.size());
+  Write(d, "roadmap-body", roadmap.data() + 20, roadmap.size() - 24);
   learner::RunState state;
   state.algorithm = {{"policy", {1, 2, 3, 4}}};
   state.coordinator.vehicles.resize(2);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 #include "planner/picture.h"
@@ -24,6 +25,18 @@ TEST(ValueMapTest, CellsCoverTheBoundsFromTheLowerLeftCorner) {
   EXPECT_EQ(map.values.size(), 96u);
   EXPECT_EQ(CellCenter(world, map, 0, 0), Vector3d(0.5625, 0.0625, 0));
   EXPECT_EQ(CellCenter(world, map, 7, 11), Vector3d(1.9375, 0.9375, 0));
+}
+
+TEST(ValueMapTest, CostsAreTheCheapestOfEachCellsVertices) {
+  const World world = TwoRooms(2);
+  Roadmap roadmap;
+  roadmap.positions = {0.1f, 0.1f, 0.4f, 0.2f, 1.9f, 0.9f, 2.0f, 1.0f, 0.6f, 0.6f};
+  CostTable table;
+  table.cost = {3, 2, 7, 8, kUnreachable};
+  const ValueMap map = MapCosts(world, roadmap, table, 4);  // cells of 0.5 m
+  EXPECT_EQ(map.values[0], 2);
+  EXPECT_EQ(map.values[7], 7);  // the edges belong to the last cells
+  for (const int i : {1, 2, 3, 4, 5, 6}) EXPECT_TRUE(std::isnan(map.values[i]));
 }
 
 TEST(ValueMapTest, PictureHasACellPerRunOfEqualColoursAndTheValuesScale) {

@@ -47,6 +47,14 @@ TEST(LoadTest, ThePapersCarGetsTheMetresOfTheRecipe) {
   EXPECT_NEAR(experiment.observation.look_ahead_clearance, 0.015, 0.0015);
 }
 
+TEST(LoadTest, TheGridsCellsAndNeighborsFollowFromEtaAndTheVehicle) {
+  EXPECT_NEAR(Parse("planner { eta: 0.08 }").experiment.planner.grid_cell, 0.02, 1e-12);
+  EXPECT_EQ(Parse("planner { grid_cell: 0.03 }").experiment.planner.grid_cell, 0.03);
+  EXPECT_EQ(Parse("").experiment.planner.grid_neighbors, 8);
+  const Experiment cube = Parse("world { kind: CUBE_MAZE } vehicle { kind: QUADROTOR }").experiment;
+  EXPECT_EQ(cube.planner.grid_neighbors, 26);
+}
+
 TEST(LoadTest, TypedLengthsAreKept) {
   const Experiment experiment = Parse("planner { eta: 0.08 }").experiment;
   EXPECT_EQ(experiment.planner.eta, 0.08);

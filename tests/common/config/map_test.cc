@@ -47,6 +47,31 @@ TEST_F(MapExperimentTest, AMapIsFoundBesideItsFile) {
   EXPECT_TRUE(world.goal.max.isApprox(Vector3d(2 + side, 2 + side, 0)));
 }
 
+// Cells of the map, or whole parts of them that balls of eta / 2 cover.
+TEST_F(MapExperimentTest, TheGridHasTheMapsCells) {
+  const std::string world = "world { kind: MAP map: \"room.map\" goal_point { x: 2 y: 2 } } ";
+  EXPECT_EQ(Load(world + "planner { eta: 1.5 }").experiment.planner.grid_cell, 1);
+  EXPECT_EQ(Load(world + "planner { eta: 1.4 }").experiment.planner.grid_cell, 0.5);
+  EXPECT_EQ(Load(world + "planner { eta: 0.4 }").experiment.planner.grid_cell, 0.25);
+  EXPECT_EQ(Load(world + "planner { eta: 0.4 grid_cell: 1 }").experiment.planner.grid_cell, 1);
+}
+
+// The loader knows the file by its bytes alone.
+TEST_F(MapExperimentTest, ARoadmapIsFoundBesideItsFileAndKnownByItsBytes) {
+  directory_.Write("a.roadmap", "bytes");
+  const LoadedExperiment loaded = Load("planner { roadmap: \"a.roadmap\" }");
+  EXPECT_EQ(loaded.experiment.planner.roadmap, directory_ / "a.roadmap");
+  EXPECT_THAT(loaded.resolved_text, HasSubstr("roadmap: \"roadmap/a.roadmap\""));
+  // Elsewhere it is the same experiment, as in a run directory; with other bytes it is another, or refused.
+  std::filesystem::create_directory(directory_ / "roadmap");
+  directory_.Write("roadmap/a.roadmap", "bytes");
+  EXPECT_EQ(Load(loaded.resolved_text).hash, loaded.hash);
+  directory_.Write("roadmap/a.roadmap", "other");
+  EXPECT_THAT(Error(loaded.resolved_text), AllOf(HasSubstr("planner.roadmap_hash = "), HasSubstr("has changed")));
+  directory_.Write("a.roadmap", "other");
+  EXPECT_NE(Load("planner { roadmap: \"a.roadmap\" }").hash, loaded.hash);
+}
+
 TEST_F(MapExperimentTest, ArgumentsStandInForTheFilesWorld) {
   const LoadedExperiment loaded = Load("world { kind: CAR_MAZE seed: 5 }", {map_, "", "2,3", "7.5,1.5"});
   EXPECT_EQ(loaded.experiment.world.kind, WorldConfig::Kind::kMap);

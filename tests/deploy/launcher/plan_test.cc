@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "tests/deploy/launcher/test_support.h"
@@ -144,6 +145,93 @@ TEST_F(PlanTest, PictureThatCannotBeWrittenIsAnError) {
   const ProgramResult result = RunProgram({CAIRN_PROGRAM, "plan", kCarMaze, "--svg", directory_ / "no/such.svg"});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.err, testing::HasSubstr("no/such.svg: No such file or directory"));
+}
+
+TEST_F(PlanTest, ASavedRoadmapGivesTheSameTable) {
+  const std::string file = directory_ / "car.roadmap";
+  auto built = PlanJson({"--save", file, "--set", "planner.kind=PRM_STAR"});
+  auto read = PlanJson({"--set", "planner.roadmap=\"" + file + "\""});
+  EXPECT_EQ(built.at("kind"), "PRM_STAR");
+  EXPECT_EQ(read.at("kind"), "PRM_STAR");
+  for (const char* key : {"roadmap_hash", "table_hash", "vertices", "edges", "components", "path_length"}) {
+    EXPECT_EQ(read.at(key), built.at(key)) << key;
+  }
+  WriteText(file, ReadText(file).substr(0, 5000));
+  const ProgramResult torn = RunProgram({CAIRN_PROGRAM, "plan", kCarMaze, "--set", "planner.roadmap=\"" + file + "\""});
+  EXPECT_EQ(torn.exit_code, 2);
+  EXPECT_THAT(torn.err, testing::HasSubstr("car.roadmap: torn: 5000 bytes of "));
+  EXPECT_EQ(std::count(torn.err.begin(), torn.err.end(), '\n'), 1);
+}
+
+class PlanScenarioTest : public PlanTest {
+ protected:
+  PlanScenarioTest() { WriteText(map_, "type octile\nheight 3\nwidth 4\nmap\n...@\n.@..\n....\n"); }
+
+  // `paths`: lines but for bucket, map and size.
+  ProgramResult Check(const std::string& paths, std::vector<std::string> more = {},
+                      const std::string& of = "floor.map\t4\t3") {
+    std::string text = "version 1\n";
+    for (size_t at = 0, end; at < paths.size(); at = end + 1) {
+      end = paths.find('\n', at);
+      text += "0\t" + of + "\t" + paths.substr(at, end + 1 - at);
+    }
+    WriteText(directory_ / "floor.map.scen", text);
+    std::vector<std::string> arguments{
+        CAIRN_PROGRAM, "plan", kNavigate, "--map", map_, "--robot", kBurger, "--scen", directory_ / "floor.map.scen"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunProgram(arguments);
+  }
+
+  const std::string map_ = directory_ / "floor.map";
+};
+
+// Around the cell (1, 1); its corners are not cut. y counts from the top.
+TEST_F(PlanScenarioTest, PublishedLengthsThatAgreeEndWithZero) {
+  const ProgramResult result = Check("0\t0\t2\t1\t3\n0\t0\t0\t0\t0\n0\t0\t3\t2\t4.41421356\n2\t1\t3\t2\t1.41421356\n");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::HasSubstr("floor.map.scen: 4 paths on floor.map, 4 agree, 0 differ"));
+}
+
+TEST_F(PlanScenarioTest, EachLengthThatDiffersIsALine) {
+  const std::string paths = "0\t0\t2\t1\t2.41421356\n0\t0\t1\t0\t1\n0\t0\t1\t1\t1.41421356\n";
+  const ProgramResult result = Check(paths);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.out,
+              testing::HasSubstr("floor.map.scen:2: (0, 0) to (2, 1): published 2.41421356, shortest 3.00000000\n"));
+  EXPECT_THAT(result.out,
+              testing::HasSubstr("floor.map.scen:4: (0, 0) to (1, 1): published 1.41421356, but there is no way"));
+  EXPECT_THAT(result.out, testing::HasSubstr("3 paths on floor.map, 1 agree, 2 differ"));
+  const ProgramResult as_json = Check(paths, {"--json"});
+  EXPECT_EQ(as_json.exit_code, 1);
+  const auto json = nlohmann::json::parse(as_json.out);
+  EXPECT_EQ(json.at("paths"), 3);
+  EXPECT_EQ(json.at("agree"), 1);
+  ASSERT_EQ(json.at("mismatches").size(), 2u);
+  EXPECT_EQ(json.at("mismatches")[0].at("line"), 2);
+  EXPECT_EQ(json.at("mismatches")[0].at("shortest"), 3);
+  EXPECT_TRUE(json.at("mismatches")[1].at("shortest").is_null());
+}
+
+TEST_F(PlanScenarioTest, WhatCannotBeCheckedIsRefused) {
+  const auto error = [](const ProgramResult& result) {
+    EXPECT_EQ(result.exit_code, 2);
+    return result.err;
+  };
+  const std::string path = "0\t0\t1\t0\t1\n";
+  EXPECT_THAT(error(Check(path, {}, "other.map\t4\t3")),
+              testing::HasSubstr("it is of other.map, 4 x 3 cells; the map"));
+  EXPECT_THAT(error(Check(path, {}, "floor.map\t4\t4")),
+              testing::HasSubstr("floor.map, 4 x 4 cells; the map given is"));
+  EXPECT_THAT(error(Check("0\t0\t4\t0\t1\n")),
+              testing::HasSubstr("floor.map.scen:2: goal x = 4; it must be from 0 to 3"));
+  EXPECT_THAT(error(Check("0\t0\n")), testing::HasSubstr("floor.map.scen:2: 6 fields"));
+  EXPECT_THAT(error(Check("")), testing::HasSubstr("torn: no path"));
+  EXPECT_THAT(error(Check(path, {"--svg", directory_ / "a.svg"})), testing::HasSubstr("--svg does not go with it"));
+  const ProgramResult no_map = RunProgram({CAIRN_PROGRAM, "plan", kCarMaze, "--scen", directory_ / "floor.map.scen"});
+  EXPECT_THAT(error(no_map), testing::HasSubstr("it goes with a Moving AI map, --map FILE.map"));
+  const ProgramResult none =
+      RunProgram({CAIRN_PROGRAM, "plan", kNavigate, "--map", map_, "--scen", directory_ / "none.scen"});
+  EXPECT_THAT(error(none), testing::HasSubstr("none.scen: No such file or directory"));
 }
 
 }  // namespace

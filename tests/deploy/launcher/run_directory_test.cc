@@ -62,6 +62,14 @@ TEST_F(RunDirectoryTest, AMapIsCopiedOrNothingIsLeft) {
   EXPECT_FALSE(fs::exists(directory_ / "other"));
 }
 
+TEST_F(RunDirectoryTest, ARoadmapIsCopiedOrNothingIsLeft) {
+  WriteText(directory_ / "a.roadmap", "bytes");
+  const RunDirectory run = RunDirectory::Create(directory_ / "run", "x", "name: \"x\"\n", "", directory_ / "a.roadmap");
+  EXPECT_EQ(ReadText(run.roadmap_folder() + "/a.roadmap"), "bytes");
+  EXPECT_ANY_THROW(RunDirectory::Create(directory_ / "other", "x", "", "", directory_ / "none.roadmap"));
+  EXPECT_FALSE(std::filesystem::exists(directory_ / "other"));
+}
+
 TEST_F(RunDirectoryTest, OtherFilesAreLeftAlone) {
   fs::create_directory(directory_ / "run");
   WriteText(directory_ / "run/roadmap.svg", "<svg/>");
