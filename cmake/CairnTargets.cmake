@@ -4,7 +4,9 @@ add_library(cairn_options INTERFACE)
 target_include_directories(cairn_options INTERFACE ${CMAKE_SOURCE_DIR})
 target_compile_options(cairn_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wno-missing-field-initializers
                        # One rounding per written operation, so that scalar and vector code give the same bits.
-                       -ffp-contract=off -fno-math-errno)
+                       -ffp-contract=off -fno-math-errno
+                       # LCM's and GLib's pkg-config files ask for it, and all files must agree on it (_REENTRANT).
+                       -pthread)
 if(CAIRN_WERROR)
   target_compile_options(cairn_options INTERFACE -Werror)
 endif()
@@ -20,11 +22,30 @@ if(CAIRN_FUZZ)
   target_compile_options(cairn_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
+# What nearly every file reads, parsed once: two thirds of a build's time. The fenced engines stay out of it. A file that
+# has compile options of its own says SKIP_PRECOMPILE_HEADERS; CMAKE_DISABLE_PRECOMPILE_HEADERS shows missing includes.
+set(CAIRN_HEADERS <algorithm> <array> <atomic> <chrono> <cmath> <cstdint> <filesystem> <functional> <map> <memory> <mutex>
+    <optional> <random> <span> <string> <string_view> <thread> <utility> <vector> <fmt/format.h> <Eigen/Core>)
+set(pch_source ${CMAKE_BINARY_DIR}/generated/precompiled.cc)
+file(CONFIGURE OUTPUT ${pch_source} CONTENT "")
+add_library(cairn_headers OBJECT ${pch_source})
+target_link_libraries(cairn_headers PRIVATE cairn_options fmt::fmt Threads::Threads cairn_eigen)
+target_precompile_headers(cairn_headers PRIVATE ${CAIRN_HEADERS})
+if(CAIRN_BUILD_TESTS)
+  # Programs are compiled with -fPIE, libraries with -fPIC: not the same to a precompiled header.
+  add_library(cairn_test_headers OBJECT ${pch_source})
+  set_target_properties(cairn_test_headers PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+  target_compile_options(cairn_test_headers PRIVATE -fPIE)
+  target_link_libraries(cairn_test_headers PRIVATE cairn_options fmt::fmt Threads::Threads cairn_eigen GTest::gtest GTest::gmock)
+  target_precompile_headers(cairn_test_headers PRIVATE ${CAIRN_HEADERS} <gmock/gmock.h> <gtest/gtest.h>)
+endif()
+
 # cairn_add_library(NAME SOURCES … [PUBLIC lib …] [PRIVATE lib …])
 function(cairn_add_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   target_link_libraries(${name} PUBLIC cairn_options ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  target_precompile_headers(${name} REUSE_FROM cairn_headers)
 endfunction()
 
 # cairn_add_binary(NAME SOURCES … LIBS lib …)
@@ -42,6 +63,7 @@ function(cairn_add_test name)
   target_link_libraries(${name} PRIVATE cairn_options ${ARG_LIBS} GTest::gtest GTest::gmock GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE CAIRN_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  target_precompile_headers(${name} REUSE_FROM cairn_test_headers)
 endfunction()
 
 # cairn_add_network_test(NAME SOURCES … LIBS lib …): the same in a private network namespace; exit status 77 skips.
@@ -52,6 +74,7 @@ function(cairn_add_network_test name)
   target_compile_definitions(${name} PRIVATE CAIRN_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
                              CAIRN_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300 SKIP_RETURN_CODE 77)
+  target_precompile_headers(${name} REUSE_FROM cairn_test_headers)
 endfunction()
 
 # cairn_add_benchmark(PART SOURCES … LIBS lib …): the program cairn-bench-PART.
