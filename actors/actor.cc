@@ -4,7 +4,6 @@
 #include <numeric>
 
 #include "actors/controllers/policy_controller.h"
-#include "actors/evaluation.h"
 #include "common/bus/frame.h"
 #include "common/core/check.h"
 #include "common/core/log.h"
@@ -26,6 +25,7 @@ constexpr auto kFlushInterval = milliseconds(50);       // ASYNC: no transition 
 constexpr auto kLeastFlushInterval = milliseconds(10);  // ASYNC: but for the end of credit
 constexpr int kAsyncSegmentSteps = 10;
 constexpr auto kRollTime = milliseconds(1);             // ASYNC: without looking at what came in
+constexpr auto kEvaluateTime = milliseconds(20);        // the same of an evaluation
 constexpr auto kIdTakenPatience = milliseconds(5000);   // a dead holder is forgotten after three seconds
 constexpr auto kUnlistedPatience = milliseconds(1500);  // frames without this actor, from a learner that it has joined
 constexpr auto kLeavePatience = milliseconds(3000);
@@ -40,9 +40,11 @@ Actor::Actor(Bus* bus, const Experiment& experiment, const ActorIdentity& identi
       action_size_(experiment.vehicle.action_size()),
       scene_(std::make_shared<Scene>(experiment)),
       tables_(bus, identity.experiment_hash),
+      goal_tables_(bus, experiment, identity.experiment_hash),
+      course_(std::make_shared<Course>(scene_, [this](const WorldGoal& goal) { return goal_tables_.Find(goal); })),
       policies_(static_cast<int>(MakePolicyShape(experiment).num_parameters())),
       policy_(MakePolicyShape(experiment), std::max(64, experiment.num_vehicles)),
-      rollout_(scene_),
+      rollout_(course_),
       stream_([bus, channel = ExperienceChannel(identity.actor_id)](const Bytes& message) {
         bus->PublishBytes(Plane::kExperience, channel, message);
       }),
@@ -72,6 +74,7 @@ Actor::End Actor::Run() {
     if (start_over_) return End::kStartOver;
     if (wait != Duration::zero() && joined_) waited_ += start - waiting_since;
     tables_.Poll(start);
+    goal_tables_.Poll(start);
     stream_.Poll(start);
     const bool worked =
         Join(start) && ReceiveTable() && (Evaluate() || (control_->lockstep ? RollRounds() : RollCredit()));
@@ -102,7 +105,7 @@ void Actor::RequestLeave() {
 
 // Until something is due here; what comes in and RequestLeave end the wait.
 Duration Actor::Wait(TimePoint now) const {
-  if (!running() || leaving_) return kShortWait;
+  if (!running() || leaving_ || goal_tables_.waiting()) return kShortWait;
   // A status that nobody waits for goes out when something else has ended the wait, if that is soon enough.
   const Duration status = StatusInterval();
   const TimePoint due =
@@ -183,6 +186,7 @@ void Actor::OnNewLearner(int64_t incarnation) {
   policies_.SetIncarnation(incarnation);
   wanted_policy_version_ = -1;
   evaluation_done_ = 0;
+  evaluation_.reset();
   evaluation_results_.clear();
 }
 
@@ -277,9 +281,7 @@ bool Actor::UsePolicy(int64_t version) {
   return true;
 }
 
-RolloutContext Actor::Context(bool warm_up) {
-  return {&policy_, warm_up, policy_incarnation_, policy_in_use_, control_->table_hash};
-}
+RolloutContext Actor::Context(bool warm_up) { return {&policy_, warm_up, policy_incarnation_, policy_in_use_}; }
 
 // The oldest open round in which a vehicle here has steps left. Whoever is done with one goes on with the next without
 // waiting for the other actors.
@@ -296,13 +298,19 @@ bool Actor::RollRound(const Control::Round& round) {
   if (!UsePolicy(round.policy_version)) return false;
   const RolloutContext context = Context(round.warm_up);
   std::vector<int> active;
+  bool complete = false, stepped = false;
   do {
     active.clear();
+    complete = true;
     for (int i = 0; i < rollout_.num_vehicles(); ++i) {
-      if (rollout_.transitions(i) < round.Target(rollout_.vehicle(i))) active.push_back(i);
+      if (rollout_.transitions(i) >= round.Target(rollout_.vehicle(i))) continue;
+      complete = false;
+      if (rollout_.Ready(i)) active.push_back(i);
     }
     if (!active.empty()) rollout_.Step(active, context);
+    stepped = stepped || !active.empty();
   } while (!active.empty());
+  if (!complete) return stepped;  // somebody's table is on its way
   round_done_ = round.round;
   SendExperience(round.save);
   return true;
@@ -332,50 +340,59 @@ bool Actor::RollStep() {
     if (!newest && (policy_in_use_ < 0 || policy_incarnation_ != incarnation_)) return false;
   }
   const auto n = static_cast<size_t>(rollout_.num_vehicles());
-  const auto count =
-      static_cast<size_t>(std::min<int64_t>(static_cast<int64_t>(n), me_->credit - rollout_.env_steps()));
-  std::vector<int> indices(count);
-  for (int& index : indices) {
-    index = static_cast<int>(next_vehicle_);
+  const int64_t credit = me_->credit - rollout_.env_steps();
+  std::vector<int> indices;
+  for (size_t i = 0; i < n && static_cast<int64_t>(indices.size()) < credit; ++i) {
+    const int index = static_cast<int>(next_vehicle_);
+    if (rollout_.Ready(index)) indices.push_back(index);
     next_vehicle_ = (next_vehicle_ + 1) % n;
   }
+  if (indices.empty()) return false;
   std::sort(indices.begin(), indices.end());
   rollout_.Step(indices, Context(control_->warm_up));
   return true;
 }
 
+// For a while, or until all wait for tables; returns true when it did something.
 bool Actor::Evaluate() {
-  if (control_->evaluation_id <= evaluation_done_ || leaving_) return false;
-  if (!me_ || me_evaluation_ != control_->evaluation_id) return false;
-  if (!control_->lockstep) SendExperience();  // segments never span a policy version
-  if (me_->evaluation_count > 0 && !UsePolicy(control_->evaluation_version)) return false;
-  std::vector<int> starts(static_cast<size_t>(me_->evaluation_count));
-  std::iota(starts.begin(), starts.end(), me_->evaluation_first);
-  if (!starts.empty()) {
-    evaluation_results_ = RunEvaluation(std::move(starts));
+  if (evaluation_ && evaluation_->id != control_->evaluation_id) evaluation_.reset();  // it was shared out anew
+  if (!evaluation_ && !BeginEvaluation()) return false;
+  if (!evaluation_->batch.done() && !UsePolicy(evaluation_->version)) return false;
+  PolicyController controller(policy_, EvaluationOptions{}.max_batch);
+  const TimePoint start = Clock::now();
+  bool stepped = true;
+  while (stepped && !evaluation_->batch.done() && Clock::now() - start < kEvaluateTime) {
+    stepped = evaluation_->batch.Step(controller);
   }
-  evaluation_done_ = control_->evaluation_id;
-  SendExperience();
-  return true;
+  if (evaluation_->batch.done()) FinishEvaluation();
+  return stepped;
 }
 
 // The disturbances are keyed by the policy's version: ids of evaluations depend on timing, versions do not.
-std::vector<EpisodeResult> Actor::RunEvaluation(std::vector<int> starts) {
+bool Actor::BeginEvaluation() {
+  if (control_->evaluation_id <= evaluation_done_ || leaving_) return false;
+  if (!me_ || me_evaluation_ != control_->evaluation_id) return false;
+  if (!control_->lockstep) SendExperience();  // segments never span a policy version
+  std::vector<int> starts(static_cast<size_t>(me_->evaluation_count));
+  std::iota(starts.begin(), starts.end(), me_->evaluation_first);
   EvaluationOptions options;
-  options.evaluation = EvaluationOptions::KeyOf(control_->evaluation_version);
   options.policy_version = control_->evaluation_version;
-  EvaluationBatch batch(scene_, control_->evaluation_set, std::move(starts), options);
-  PolicyController controller(policy_, options.max_batch);
-  while (!batch.done()) {
-    batch.Step(controller);
-    SendStatus(Clock::now(), kIdleStatus);
-  }
-  std::vector<EpisodeResult> results = batch.results();
-  for (EpisodeResult& result : results) {
-    result.episode = static_cast<int32_t>(control_->evaluation_id);
+  options.evaluation = EvaluationOptions::KeyOf(options.policy_version);
+  evaluation_.emplace(
+      RunningEvaluation{control_->evaluation_id, control_->evaluation_version,
+                        EvaluationBatch(course_, control_->evaluation_set, std::move(starts), options)});
+  return true;
+}
+
+void Actor::FinishEvaluation() {
+  evaluation_results_ = evaluation_->batch.results();
+  for (EpisodeResult& result : evaluation_results_) {
+    result.episode = static_cast<int32_t>(evaluation_->id);
     eval_steps_ += result.steps;
   }
-  return results;
+  evaluation_done_ = evaluation_->id;
+  evaluation_.reset();
+  SendExperience();
 }
 
 // --- what goes out ---------------------------------------------------------------------------------------------------

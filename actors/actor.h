@@ -7,7 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "actors/course.h"
+#include "actors/evaluation.h"
 #include "actors/experience_batcher.h"
+#include "actors/goal_tables.h"
 #include "actors/policy_store.h"
 #include "actors/rollout.h"
 #include "common/bus/bus.h"
@@ -66,6 +69,8 @@ class Actor {
   bool RollCredit();
   bool RollStep();
   bool Evaluate();
+  bool BeginEvaluation();
+  void FinishEvaluation();
   // What goes out.
   void SendExperience(bool with_states = false);
   void SendStatus(TimePoint now, Duration interval);
@@ -74,7 +79,6 @@ class Actor {
   /// Sets the policy to a version; asks for it and returns false when it is not here yet.
   bool UsePolicy(int64_t version);
   RolloutContext Context(bool warm_up);
-  std::vector<EpisodeResult> RunEvaluation(std::vector<int> starts);
   bool finished() const { return control_ && control_->phase == Control::Phase::kFinished; }
   bool running() const { return control_ && control_->phase == Control::Phase::kRunning && has_table_; }
 
@@ -85,6 +89,8 @@ class Actor {
   const int action_size_;
   std::shared_ptr<Scene> scene_;
   TableClient tables_;
+  GoalTables goal_tables_;  // goals = ANY
+  std::shared_ptr<Course> course_;
   PolicyStore policies_;
   Policy policy_;
   Rollout rollout_;
@@ -111,6 +117,13 @@ class Actor {
   int64_t policy_in_use_ = -1;
   int64_t policy_incarnation_ = 0;  // whose version that is
   int64_t wanted_policy_version_ = -1;
+  // The share of an evaluation that runs here, in turns with what comes in.
+  struct RunningEvaluation {
+    int64_t id;
+    int64_t version;
+    EvaluationBatch batch;
+  };
+  std::optional<RunningEvaluation> evaluation_;
   std::vector<EpisodeResult> evaluation_results_;
   int64_t eval_steps_ = 0;
   TimePoint next_hello_{};

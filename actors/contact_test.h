@@ -11,10 +11,7 @@ class ContactTest {
  public:
   /// `scene` must outlive it.
   explicit ContactTest(const Scene& scene)
-      : scene_(scene),
-        footprint_(scene.footprint()),
-        // The interpolated field is off by less than 0.87 resolutions.
-        safe_distance_(footprint_.circumscribed_radius() + scene.field().resolution()) {}
+      : scene_(scene), footprint_(scene.footprint()), radius_(footprint_.circumscribed_radius()) {}
 
   /// Field at the vehicle's centre [m].
   double CenterDistance(const Motion& motion) const {
@@ -23,7 +20,8 @@ class ContactTest {
 
   /// True when the footprint touches; `center_distance` from above.
   bool Touches(const Motion& motion, double center_distance) const {
-    return center_distance < safe_distance_ && TouchesExactly(motion);
+    // The interpolated field is off by less than 0.87 resolutions.
+    return center_distance < radius_ + scene_.field().resolution() && TouchesExactly(motion);
   }
 
   const Footprint& footprint() const { return footprint_; }
@@ -38,7 +36,7 @@ class ContactTest {
 
   const Scene& scene_;
   Footprint footprint_;
-  double safe_distance_;
+  double radius_;
 };
 
 }  // namespace cairn::actors

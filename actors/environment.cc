@@ -138,7 +138,7 @@ StepEvent Environment::State::FindEvent() {
   }
   if (vehicle->fallen()) return StepEvent::kObstacle;
   const World& world = scene.world();
-  if (!world.Contains(world.goal, position())) return StepEvent::kNone;
+  if (!world.Contains(scene.goal(), position())) return StepEvent::kNone;
   meter.MeasureClearance(n.motion, center_distance);
   return StepEvent::kGoal;
 }
@@ -153,10 +153,12 @@ float Environment::State::ShortestLength(float distance) const {
   return static_cast<float>((lookup.position(entry) - p).norm() + lookup.table().cost[entry]);
 }
 
-Environment::Environment(std::shared_ptr<const Scene> scene)
-    : scene_(std::move(scene)), state_(std::make_unique<State>(*scene_)) {}
+Environment::Environment(const Scene& scene)
+    : scene_(std::make_unique<Scene>(scene)), state_(std::make_unique<State>(*scene_)) {}
 
 Environment::~Environment() = default;
+
+void Environment::Enter(const Scene& scene) { *scene_ = scene; }
 
 void Environment::ResetTraining(int vehicle, int episode, int start_episode) {
   EpisodeResult next;
@@ -240,7 +242,18 @@ const Motion& Environment::motion() const { return state_->n.motion; }
 
 float Environment::d_min() const { return static_cast<float>(state_->n.d_min); }
 
-void Environment::ResetProgress() { state_->n.d_min = state_->Distance(); }
+void Environment::SetTable(std::shared_ptr<const RoadmapLookup> lookup) {
+  scene_->SetTable(std::move(lookup));
+  state_->n.d_min = state_->Distance();
+}
+
+Findings Environment::FindSurprises() const {
+  Findings findings;
+  const SurpriseFinder finder(*scene_);
+  if (scene_->experiment().planner.repair == PlannerConfig::Repair::kRays) finder.LookAround(motion(), &findings);
+  if (episode_.outcome == Outcome::kCollision) finder.Touch(motion(), &findings);
+  return findings;
+}
 
 std::string Environment::Save() const {
   BlobWriter blob;

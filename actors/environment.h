@@ -7,6 +7,7 @@
 
 #include "actors/rewards/reward.h"
 #include "actors/scene.h"
+#include "actors/surprise_finder.h"
 #include "actors/vehicles/vehicle.h"
 #include "common/rl/episode.h"
 #include "common/rl/segment.h"
@@ -24,8 +25,13 @@ struct StepResult {
 /// the result does not depend on which process runs it. One thread at a time.
 class Environment {
  public:
-  explicit Environment(std::shared_ptr<const Scene> scene);
+  /// Shares what is large with `scene`.
+  explicit Environment(const Scene& scene);
+  explicit Environment(const std::shared_ptr<const Scene>& scene) : Environment(*scene) {}
   ~Environment();
+
+  /// Goes over to this scene of the same experiment, for the next episode.
+  void Enter(const Scene& scene);
 
   /// Starts training episode `episode` of `vehicle`.
   void ResetTraining(int vehicle, int episode) { ResetTraining(vehicle, episode, episode); }
@@ -56,8 +62,11 @@ class Environment {
   /// D_min of the current episode under the reward's D [m], kUnreachable while no D was finite.
   float d_min() const;
 
-  /// After Scene::SetTable in mid-episode (DESIGN 24): D_min = new D(s), no reward.
-  void ResetProgress();
+  /// A new table in mid-episode (DESIGN 24): D_min = new D(s), no reward.
+  void SetTable(std::shared_ptr<const RoadmapLookup> lookup);
+
+  /// What the vehicle finds that the planner does not know, by planner.repair; after a step.
+  Findings FindSurprises() const;
 
   /// Opaque, exact: after Load the same actions give the same bits, given the same experiment and cost table. Load
   /// throws Error when the blob does not fit the experiment.
@@ -70,7 +79,7 @@ class Environment {
   StepResult Finish(StepEvent event);
   StepResult Diverge();
 
-  std::shared_ptr<const Scene> scene_;
+  std::unique_ptr<Scene> scene_;  // its own, at a fixed place: State refers to it
   std::unique_ptr<State> state_;
   EpisodeResult episode_;
 };

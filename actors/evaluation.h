@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "actors/controllers/controller.h"
+#include "actors/course.h"
 #include "actors/environment.h"
+#include "actors/mender.h"
 #include "common/rl/summary.h"
 
 namespace cairn::actors {
@@ -24,6 +26,9 @@ struct EvaluationOptions {
   bool record = false;         ///< keep trajectories
   /// When not empty: start i is poses[i] instead of the set's.
   std::vector<Pose> poses;
+  /// planner.repair_kept counts: episodes run one after the other, in the order of the starts. Else all begin without
+  /// marks, so that results do not depend on how starts are shared out.
+  bool keep_marks = false;
 };
 
 /// Rolls out a list of evaluation starts as one batch; as soon as an episode ends the next start takes its place. The
@@ -31,14 +36,13 @@ struct EvaluationOptions {
 /// process can see to its messages in between.
 class EvaluationBatch {
  public:
-  /// `scene` must have a table and keep it until the batch is done.
-  EvaluationBatch(const std::shared_ptr<const Scene>& scene, StartSet set, std::vector<int> starts,
+  EvaluationBatch(std::shared_ptr<Course> course, StartSet set, std::vector<int> starts,
                   const EvaluationOptions& options = {});
 
   bool done() const { return active_.empty(); }
 
-  /// One control step of every running episode.
-  void Step(Controller& controller);
+  /// One control step of every running episode; false when all wait for tables of their goals.
+  bool Step(Controller& controller);
 
   /// In the order of `starts`; complete when done.
   const std::vector<EpisodeResult>& results() const { return results_; }
@@ -48,12 +52,19 @@ class EvaluationBatch {
  private:
   struct Slot {
     std::unique_ptr<Environment> environment;
-    size_t start;  // index into starts_
+    size_t start = 0;  // index into starts_
+    Mender mender;
+    bool begun = false;
+    bool running = false;  // else a table is on its way
   };
-  bool Begin(Slot& slot);
+  bool TakeNext(Slot& slot);
+  void TryBegin(Slot& slot);
+  void TryMend(Slot& slot);
+  void Look(Slot& slot);
   void Record(const Slot& slot);
   void Finish(const Slot& slot);
 
+  std::shared_ptr<Course> course_;
   StartSet set_;
   std::vector<int> starts_;
   EvaluationOptions options_;
@@ -66,7 +77,11 @@ class EvaluationBatch {
   std::vector<Trajectory> trajectories_;
 };
 
-/// Rolls out starts `starts` of `set` to their ends; `trajectories`, when not null, receives one per start.
+/// Rolls out starts `starts` of `set` to their ends, where no table has to be waited for; `trajectories`, when not
+/// null, receives one per start. A scene must have a table.
+std::vector<EpisodeResult> RunEpisodes(const std::shared_ptr<Course>& course, StartSet set, std::vector<int> starts,
+                                       Controller& controller, EvaluationOptions options = {},
+                                       std::vector<Trajectory>* trajectories = nullptr);
 std::vector<EpisodeResult> RunEpisodes(const std::shared_ptr<const Scene>& scene, StartSet set, std::vector<int> starts,
                                        Controller& controller, EvaluationOptions options = {},
                                        std::vector<Trajectory>* trajectories = nullptr);

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 
-#include "actors/blob.h"
 #include "common/core/check.h"
 
 namespace cairn::actors {
 
-Rollout::Rollout(std::shared_ptr<const Scene> scene)
-    : scene_(std::move(scene)),
-      observation_size_(ObservationSize(scene_->experiment())),
-      action_size_(static_cast<size_t>(scene_->experiment().vehicle.action_size())) {}
+Rollout::Rollout(std::shared_ptr<Course> course)
+    : course_(std::move(course)),
+      observation_size_(ObservationSize(experiment())),
+      action_size_(static_cast<size_t>(experiment().vehicle.action_size())) {}
 
 void Rollout::Assign(const std::vector<int32_t>& vehicles, const std::vector<int32_t>& next_episode,
                      const std::vector<int64_t>& steps_done, const std::vector<Bytes>& states) {
@@ -22,14 +21,14 @@ void Rollout::Assign(const std::vector<int32_t>& vehicles, const std::vector<int
       assigned.push_back(std::move(*kept));
       continue;
     }
-    VehicleState vehicle;
+    VehicleState vehicle(experiment().planner);
     vehicle.id = vehicles[i];
     vehicle.episode = vehicle.start_episode = next_episode[i];
     vehicle.transitions = steps_done[i];
-    vehicle.environment = std::make_unique<Environment>(scene_);
+    vehicle.environment = std::make_unique<Environment>(course_->home());
     vehicle.observation.resize(static_cast<size_t>(observation_size_));
-    StartEpisode(&vehicle);
-    if (i < states.size() && !states[i].empty()) LoadVehicle(states[i], &vehicle);
+    if (i < states.size() && !states[i].empty()) TakeState(states[i], &vehicle);
+    TryBegin(&vehicle);
     assigned.push_back(std::move(vehicle));
   }
   vehicles_ = std::move(assigned);
@@ -39,50 +38,113 @@ void Rollout::Assign(const std::vector<int32_t>& vehicles, const std::vector<int
 }
 
 RandomStream Rollout::ExplorationStream(const VehicleState& vehicle) const {
-  return {scene_->experiment().seed, RandomPurpose::kExploration, static_cast<uint32_t>(vehicle.id),
+  return {experiment().seed, RandomPurpose::kExploration, static_cast<uint32_t>(vehicle.id),
           static_cast<uint32_t>(vehicle.episode)};
 }
 
-void Rollout::StartEpisode(VehicleState* vehicle) {
+// Begins the vehicle's episode, or goes on with the one that it brought along, once its table is here; the next one's
+// is asked for meanwhile.
+void Rollout::TryBegin(VehicleState* vehicle) {
+  vehicle->stage = Stage::kWaiting;
+  std::optional<Scene> scene = course_->Training(vehicle->id, vehicle->start_episode);
+  if (!scene) return;
+  const bool goes_on = !vehicle->state.empty();
+  if (goes_on && vehicle->mender.active()) {  // it stood on this table
+    auto table = course_->MendedTable(*scene, vehicle->mender.marks());
+    if (table == nullptr) return;
+    scene->SetTable(std::move(table));
+  }
+  vehicle->environment->Enter(*scene);
   vehicle->environment->ResetTraining(vehicle->id, vehicle->episode, vehicle->start_episode);
   vehicle->exploration = ExplorationStream(*vehicle);
-  vehicle->environment->Observe(vehicle->observation.data());
   vehicle->step = 0;
   vehicle->segment = Segment{};
+  vehicle->stage = Stage::kRunning;
+  if (goes_on) {
+    LoadVehicle(vehicle);
+  } else {
+    vehicle->mender.Begin(scene->experiment().world.seed);
+    if (!vehicle->mender.marks().empty()) TryMend(vehicle);
+  }
+  if (vehicle->stage == Stage::kMending) TryMend(vehicle);
+  vehicle->environment->Observe(vehicle->observation.data());
+  course_->PrefetchTraining(vehicle->id, vehicle->episode + 1);
+}
+
+void Rollout::TryMend(VehicleState* vehicle) {
+  auto table = course_->MendedTable(vehicle->environment->scene(), vehicle->mender.marks());
+  vehicle->stage = table == nullptr ? Stage::kMending : Stage::kRunning;
+  if (table == nullptr) return;
+  vehicle->environment->SetTable(std::move(table));
+  vehicle->environment->Observe(vehicle->observation.data());
+}
+
+// What a step has shown. A new table cuts the segment, whose last observation stands on the old one (DESIGN 24).
+void Rollout::Look(VehicleState* vehicle) {
+  if (!vehicle->mender.active()) return;
+  const Environment& environment = *vehicle->environment;
+  if (!vehicle->mender.Report(environment.FindSurprises(), environment.episode().duration)) return;
+  if (environment.episode().outcome != Outcome::kRunning) return;
+  CloseSegment(vehicle, SegmentEnd::kCut);
+  TryMend(vehicle);
+}
+
+bool Rollout::Ready(int index) {
+  VehicleState& vehicle = vehicles_[static_cast<size_t>(index)];
+  if (vehicle.stage == Stage::kWaiting) TryBegin(&vehicle);
+  if (vehicle.stage == Stage::kMending) TryMend(&vehicle);
+  return vehicle.stage == Stage::kRunning;
 }
 
 Bytes Rollout::SaveVehicle(int index) const {
   const VehicleState& vehicle = vehicles_[static_cast<size_t>(index)];
   CAIRN_CHECK(vehicle.segment.rewards.empty(), "vehicle {} has an open segment", vehicle.id);
+  if (!vehicle.state.empty()) return vehicle.state;  // it has not gone on yet
   BlobWriter blob;
   blob.Put(vehicle.episode);
   blob.Put(vehicle.start_episode);
-  blob.Put(vehicle.step);
-  blob.Put(vehicle.exploration.position());
-  blob.PutBytes(vehicle.environment->Save());
+  blob.Put(vehicle.stage);
+  if (vehicle.mender.active()) vehicle.mender.Write(blob);
+  if (vehicle.stage != Stage::kWaiting) {
+    blob.Put(vehicle.step);
+    blob.Put(vehicle.exploration.position());
+    blob.PutBytes(vehicle.environment->Save());
+  }
   const std::string bytes = blob.Take();
   return {bytes.begin(), bytes.end()};
 }
 
-void Rollout::LoadVehicle(const Bytes& state, VehicleState* vehicle) {
-  const std::string bytes(state.begin(), state.end());
-  BlobReader blob(bytes);
+// The part of a state that tells which table the rest stands on. Of a vehicle that had not begun there is no more.
+void Rollout::ReadHead(BlobReader& blob, VehicleState* vehicle) {
   blob.Get(vehicle->episode);
   blob.Get(vehicle->start_episode);
+  blob.Get(vehicle->stage);
+  if (vehicle->mender.active()) vehicle->mender.Read(blob);
+}
+
+void Rollout::TakeState(const Bytes& state, VehicleState* vehicle) {
+  const std::string bytes(state.begin(), state.end());
+  BlobReader blob(bytes);
+  ReadHead(blob, vehicle);
+  if (vehicle->stage != Stage::kWaiting) vehicle->state = state;
+}
+
+void Rollout::LoadVehicle(VehicleState* vehicle) {
+  const std::string bytes(vehicle->state.begin(), vehicle->state.end());
+  BlobReader blob(bytes);
+  ReadHead(blob, vehicle);
   blob.Get(vehicle->step);
   uint64_t exploration = 0;
   blob.Get(exploration);
   vehicle->environment->Load(blob.GetBytes());
   blob.Finish();
-  vehicle->exploration = ExplorationStream(*vehicle);
   vehicle->exploration.SetPosition(exploration);
-  vehicle->environment->Observe(vehicle->observation.data());
+  vehicle->state.clear();
 }
 
 // The draw is the last of the episode's exploration stream, so it depends on the vehicle's own history alone.
 bool Rollout::RetriesStart(VehicleState& vehicle, Outcome outcome) const {
-  return outcome == Outcome::kCollision &&
-         vehicle.exploration.Uniform() < scene_->experiment().environment.retry_failed_start;
+  return outcome == Outcome::kCollision && vehicle.exploration.Uniform() < experiment().environment.retry_failed_start;
 }
 
 void Rollout::Step(const std::vector<int>& indices, const RolloutContext& context) {
@@ -108,7 +170,7 @@ void Rollout::Act(const std::vector<int>& indices, const RolloutContext& context
   }
   if (context.warm_up) return;
   context.policy->Explore(observations_.data(), static_cast<int>(indices.size()), noise_.data(),
-                          static_cast<float>(scene_->experiment().learner.action_noise), actions_.data());
+                          static_cast<float>(experiment().learner.action_noise), actions_.data());
 }
 
 void Rollout::Advance(VehicleState* vehicle, const float* action, const RolloutContext& context) {
@@ -117,12 +179,12 @@ void Rollout::Advance(VehicleState* vehicle, const float* action, const RolloutC
     segment.vehicle = vehicle->id;
     segment.episode = vehicle->episode;
     segment.first_step = vehicle->step;
-    segment.table_hash = context.table_hash;
+    segment.table_hash = vehicle->environment->scene().lookup().table_hash();
     segment.policy_incarnation = context.policy_incarnation;
     segment.policy_version = context.policy_version;
     segment.observations = vehicle->observation;
   }
-  CAIRN_DCHECK(segment.policy_version == context.policy_version && segment.table_hash == context.table_hash);
+  CAIRN_DCHECK(segment.policy_version == context.policy_version);
   const StepResult result = vehicle->environment->Step(action);
   if (vehicle->environment->episode().outcome == Outcome::kDiverged) {
     return EndEpisode(vehicle, SegmentEnd::kTruncated, context.policy_version);
@@ -134,6 +196,7 @@ void Rollout::Advance(VehicleState* vehicle, const float* action, const RolloutC
   ++vehicle->step;
   ++vehicle->transitions;
   ++env_steps_;
+  Look(vehicle);
   if (result.end != SegmentEnd::kNone) EndEpisode(vehicle, result.end, context.policy_version);
 }
 
@@ -145,7 +208,7 @@ void Rollout::EndEpisode(VehicleState* vehicle, SegmentEnd end, int64_t policy_v
   ++num_episodes_;
   ++vehicle->episode;
   if (!RetriesStart(*vehicle, episode.outcome)) vehicle->start_episode = vehicle->episode;
-  StartEpisode(vehicle);
+  TryBegin(vehicle);
 }
 
 void Rollout::CloseSegment(VehicleState* vehicle, SegmentEnd end) {

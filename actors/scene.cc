@@ -16,6 +16,8 @@ constexpr double kStartMargin = 3.0 / 43.0;
 
 // Tries for one start; a world with less than one free point in a hundred thousand is refused.
 constexpr int kMaxDraws = 1000000;
+constexpr int kDistantDraws = 1000;  // of them, that must be far from the goal
+constexpr int kGoalDraws = 32;       // free places, the roomiest of which is a goal if none has all the room wanted
 
 int ControlPhysicsSteps(const EnvironmentConfig& config) {
   return std::max(1, static_cast<int>(std::lround(config.control_period * config.physics_rate_hz)));
@@ -50,6 +52,7 @@ Scene::Scene(Experiment experiment)
   const double reach = 1.01 * footprint_.circumscribed_radius();
   const auto make = [&](const World& world) { return std::make_shared<const Site>(world, experiment_, reach); };
   site_ = make(variants.training);
+  goal_ = site_->world.goal;
   known_site_ = variants.same ? site_ : make(variants.known);
   evaluation_site_ = variants.same ? site_ : make(variants.evaluation);
 }
@@ -61,21 +64,70 @@ Scene::Site::Site(const World& w, const Experiment& experiment, double reach)
   reachability.CheckStart();
 }
 
+double Scene::Site::CastRay(const Vector3d& p, const Vector3d& direction, double max_range) const {
+  return world.dimension == 3 ? space_obstacles->CastRay(p, direction, max_range)
+                              : obstacles->CastRay(p.x(), p.y(), direction.x(), direction.y(), max_range);
+}
+
+bool Scene::TouchesKnown(const Motion& motion) const {
+  Footprint swollen = footprint_;
+  for (double* length : {&swollen.half_length, &swollen.half_width, &swollen.radius}) *length *= 1.001;
+  const Vector3d p(motion.x, motion.y, motion.z);
+  return world().dimension == 3 ? known_site_->space_obstacles->Overlaps(p, swollen.radius)
+                                : known_site_->obstacles->Overlaps(p.x(), p.y(), motion.yaw, swollen);
+}
+
 std::shared_ptr<const Scene> Scene::ForEvaluation(const std::shared_ptr<const Scene>& scene) {
   if (scene->site_ == scene->evaluation_site_) return scene;
-  const std::shared_ptr<Scene> evaluation(new Scene(*scene));
+  const auto evaluation = std::make_shared<Scene>(*scene);
   evaluation->site_ = scene->evaluation_site_;
   return evaluation;
 }
 
 void Scene::SetTable(std::shared_ptr<const RoadmapLookup> lookup) {
   CAIRN_CHECK(lookup != nullptr);
-  // At least r_ball, so that a table whose vertices all lie in the goal divides nothing by 0.
-  if (lookup_ == nullptr) d_min_scale_ = std::max<double>(lookup->table().max_cost(), lookup->r_ball());
+  if (lookup_ == nullptr) d_min_scale_ = ScaleOf(*lookup);
   lookup_ = std::move(lookup);
   if (experiment_.environment.start == EnvironmentConfig::Start::kCostToGo) {
     cost_starts_ = std::make_shared<const CostStarts>(*lookup_);
   }
+}
+
+// At least r_ball, so that a table whose vertices all lie in the goal divides nothing by 0.
+double Scene::ScaleOf(const RoadmapLookup& lookup) {
+  return std::max<double>(lookup.table().max_cost(), lookup.r_ball());
+}
+
+Box Scene::DrawGoal(StartSet set, int index) const {
+  RandomStream random(experiment_.world.seed, RandomPurpose::kGoal, static_cast<uint32_t>(index),
+                      static_cast<uint32_t>(set));
+  const double clearance = experiment_.vehicle.circumscribed_radius() * (1 + kStartMargin);
+  const Box& space = world().start_space;
+  Box roomiest;
+  double most_room = 0;
+  int found = 0;
+  for (int draw = 0; draw < kMaxDraws && found < kGoalDraws; ++draw) {
+    Vector3d p = Vector3d::Zero();
+    for (int k = 0; k < world().dimension; ++k) p[k] = random.Uniform(space.min[k], space.max[k]);
+    if (field().Distance(p) < clearance || !site_->reachability.Reaches(p)) continue;
+    ++found;
+    const Box region = RegionAround(world(), p, experiment_.world.goal_tolerance);
+    double room = region.size().x();
+    for (int k = 1; k < world().dimension; ++k) room = std::min(room, region.size()[k]);
+    if (room > most_room) roomiest = region;
+    most_room = std::max(most_room, room);
+    if (room >= 2 * experiment_.world.goal_tolerance * (1 - 1e-9)) break;
+  }
+  if (found == 0) ThrowNoRoom("goal", space);
+  return roomiest;
+}
+
+Scene Scene::WithGoal(const Box& goal, std::shared_ptr<const RoadmapLookup> lookup, double scale) const {
+  Scene scene = *this;
+  scene.goal_ = goal;
+  scene.SetTable(std::move(lookup));
+  scene.d_min_scale_ = scale;
+  return scene;
 }
 
 Pose Scene::TrainingStart(int vehicle, int episode) const {
@@ -113,13 +165,24 @@ Pose Scene::DrawStart(RandomStream& random, const Box& region, const DrawPoint& 
   const double clearance = experiment_.vehicle.circumscribed_radius() * (1 + kStartMargin);
   for (int draw = 0; draw < kMaxDraws; ++draw) {
     const Vector3d p = draw_point();
-    if (world().Contains(world().goal, p) || field().Distance(p) < clearance || !site_->reachability.Reaches(p))
-      continue;
+    if (world().Contains(goal_, p) || field().Distance(p) < clearance || !site_->reachability.Reaches(p)) continue;
+    if (TooNear(p, draw)) continue;
     const double yaw = experiment_.vehicle.turns() ? random.Uniform(-std::numbers::pi, std::numbers::pi) : 0;
     return {p.x(), p.y(), yaw, p.z()};
   }
+  ThrowNoRoom("start", region);
+}
+
+// Any goal: a start from which the roadmap does not lead there is none, and one beside it teaches nothing.
+bool Scene::TooNear(const Vector3d& p, int draw) const {
+  if (experiment_.goals == Goals::kWorld) return false;
+  const float cost = lookup_->CostToGo(p);
+  return !std::isfinite(cost) || (draw < kDistantDraws && cost < experiment_.world.goal_distance);
+}
+
+void Scene::ThrowNoRoom(const char* what, const Box& region) const {
   ThrowUsageError(
-      "vehicle: no free start for its circumscribed radius of {:.4g} m among {} draws in x {}..{} m, y {}..{} m",
+      "vehicle: no free {} for its circumscribed radius of {:.4g} m among {} draws in x {}..{} m, y {}..{} m", what,
       experiment_.vehicle.circumscribed_radius(), kMaxDraws, region.min.x(), region.max.x(), region.min.y(),
       region.max.y());
 }

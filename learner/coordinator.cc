@@ -266,7 +266,10 @@ void Coordinator::Accept(ActorRecord* actor, Experience experience) {
 bool Coordinator::InForce(const Segment& segment) const {
   const bool incarnation = control_.lockstep ? segment.policy_incarnation == control_.incarnation
                                              : segment.policy_incarnation <= control_.incarnation;
-  return incarnation && segment.table_hash == control_.table_hash;
+  // Each goal and each set of marks has a table of its own.
+  const bool many_tables =
+      experiment_.goals == Goals::kAny || experiment_.planner.repair != PlannerConfig::Repair::kNone;
+  return incarnation && (many_tables ? segment.table_hash != 0 : segment.table_hash == control_.table_hash);
 }
 
 void Coordinator::AcceptSegments(ActorRecord* actor, std::vector<Segment> segments) {

@@ -13,6 +13,12 @@ PurePursuit::PurePursuit(std::shared_ptr<const Scene> scene, const PurePursuitPa
   CAIRN_CHECK(scene_->has_table());
 }
 
+PurePursuit::PurePursuit(const std::shared_ptr<const Scene>& scene, Course::FindTable find_table,
+                         const PurePursuitParams& params)
+    : PurePursuit(scene, params) {
+  find_table_ = std::move(find_table);
+}
+
 PlannerConfig PurePursuit::Planner(const Experiment& experiment, const PurePursuitParams& params) {
   PlannerConfig planner = experiment.planner;
   planner.kind = PlannerConfig::Kind::kRrg;  // the same referee whatever rewards the policy
@@ -92,8 +98,13 @@ VehicleCommand PurePursuit::Drive(const Pose& pose) const {
 }
 
 void PurePursuit::Act(std::span<const Environment* const> environments, float* actions) {
-  const VehicleConfig& vehicle = scene_->experiment().vehicle;
+  const VehicleConfig vehicle = scene_->experiment().vehicle;
   for (const Environment* environment : environments) {
+    if (find_table_) {
+      const Scene& met = environment->scene();
+      const WorldGoal goal(met.experiment().world.seed, met.goal(), met.lookup().table().marks);
+      scene_ = std::make_shared<const Scene>(met.WithGoal(met.goal(), find_table_(goal), met.d_min_scale()));
+    }
     ToAction(vehicle, Drive(environment->pose()), actions);
     actions += vehicle.action_size();
   }

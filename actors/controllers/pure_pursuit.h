@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "actors/controllers/controller.h"
+#include "actors/course.h"
 #include "actors/scene.h"
 
 namespace cairn::actors {
@@ -33,6 +34,10 @@ class PurePursuit final : public Controller {
  public:
   /// `scene` holds the table of the roadmap built with `Planner(experiment)`; it need not be the environments' own.
   explicit PurePursuit(std::shared_ptr<const Scene> scene, const PurePursuitParams& params = {});
+  /// With `find_table`, for goals = ANY and repair: it gives the table of the environment's goal around the
+  /// environment's marks over the referee's own roadmap, at once.
+  PurePursuit(const std::shared_ptr<const Scene>& scene, Course::FindTable find_table,
+              const PurePursuitParams& params = {});
 
   /// The experiment's planner as RRG, whatever it is, with the referee's own inflation and spacing.
   static PlannerConfig Planner(const Experiment& experiment, const PurePursuitParams& params = {});
@@ -49,7 +54,8 @@ class PurePursuit final : public Controller {
   double FrontClearance(const Pose& pose) const;
   double FreeRange(const Pose& pose, const Vector3d& direction) const;
 
-  std::shared_ptr<const Scene> scene_;
+  std::shared_ptr<const Scene> scene_;  // of the environment that it drives, with its own table
+  Course::FindTable find_table_;
   PurePursuitParams params_;
   double radius_;
 };

@@ -11,9 +11,8 @@ EuclideanReward::EuclideanReward(const RewardConfig& config, double step) : Rewa
 }
 
 float EuclideanReward::Distance(const Scene& scene, const Vector3d& p) const {
-  const World& world = scene.world();
-  Vector3d gap = (world.goal.min - p).cwiseMax(p - world.goal.max).cwiseMax(0.0);
-  if (world.dimension == 2) gap.z() = 0;
+  Vector3d gap = (scene.goal().min - p).cwiseMax(p - scene.goal().max).cwiseMax(0.0);
+  if (scene.world().dimension == 2) gap.z() = 0;
   return static_cast<float>(step_ * std::ceil(gap.norm() / step_));
 }
 

@@ -2,12 +2,14 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/core/bytes.h"
 #include "common/rl/episode.h"
 #include "common/rl/segment.h"
+#include "common/roadmap/world_goal.h"
 
 namespace cairn {
 
@@ -15,7 +17,7 @@ namespace cairn {
 // int64_t on the wire (LCM has no unsigned types).
 
 /// Version of the wire protocol; changes when a type or a rule of docs/messages.md does.
-constexpr int32_t kProtocolVersion = 3;
+constexpr int32_t kProtocolVersion = 4;
 
 constexpr int32_t kMaxActorId = 65535;
 
@@ -158,6 +160,7 @@ struct TableRequest {
   uint64_t hash = 0;
   int32_t first_chunk = 0;
   int32_t num_chunks = 0;
+  std::optional<WorldGoal> goal;  ///< of the table that is asked for, instead of a hash
 };
 
 struct TableInfo {
@@ -171,6 +174,7 @@ struct TableInfo {
   double coverage = 0;
   double max_cost = 0;
   double build_s = 0;
+  std::optional<WorldGoal> goal;  ///< that was asked for; none: the experiment's
 };
 
 struct TableChunk {

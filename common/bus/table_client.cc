@@ -14,7 +14,7 @@ constexpr int32_t kAllChunks = 1 << 20;
 TableClient::TableClient(Bus* bus, uint64_t experiment_hash)
     : bus_(bus), experiment_hash_(experiment_hash), random_(static_cast<uint32_t>(bus->config().session)) {
   bus_->Subscribe<TableInfo>(Plane::kTables, kTableInfoChannel, [this](const TableInfo& info, const FrameInfo&) {
-    if (info.experiment_hash == experiment_hash_) info_ = info;
+    if (info.experiment_hash == experiment_hash_ && !info.goal) info_ = info;
   });
   bus_->Subscribe<TableChunk>(Plane::kTables, kTableChunkChannel, [this](const TableChunk& chunk, const FrameInfo&) {
     if (positions_) positions_->Add(chunk);

@@ -16,6 +16,7 @@ struct ImportedMap;  // common/world/import/import_map.h
 // by the loader (common/config/load.h) except those that need the roadmap, which are 0 until then.
 
 enum class Schedule { kLockstep, kAsync };
+enum class Goals { kWorld, kAny };
 
 /// Axis-aligned region [m]; in a plane world z is ignored.
 struct BoxConfig {
@@ -76,7 +77,15 @@ struct WorldConfig {
   BlockedWhen blocked_when = BlockedWhen::kAlways;
   int unseen_obstacles = 0;
   double unseen_obstacle_size = 0.043;
+  int training_worlds = 1;
+  int unseen_worlds = 0;
+  int goals_per_world = 32;
+  double goal_tolerance = 0.052;
+  double goal_distance = 0.516;
   MapConfig map;
+  /// Worlds of training and evaluation together: those of seeds seed … seed + num_worlds() − 1.
+  int num_worlds() const { return training_worlds + unseen_worlds; }
+
   std::shared_ptr<const ImportedMap> imported;  ///< kMap: what the map says; read once, by the loader
 
   bool operator==(const WorldConfig&) const = default;
@@ -147,6 +156,13 @@ struct PlannerConfig {
   int grid_neighbors = 8;
   int path_samples = 20000;
   std::string roadmap;  ///< file to read; empty: none, build one
+  enum class Repair { kNone, kContacts, kRays };
+  Repair repair = Repair::kNone;
+  double repair_margin = 0.0215;
+  double repair_mark_radius = 0.0215;
+  double repair_lifetime = 8;
+  bool repair_kept = false;
+  int table_cache_mb = 64;
 
   /// Paper: r = eta / 2 [m].
   double r_ball() const { return 0.5 * eta; }
@@ -271,6 +287,7 @@ struct Experiment {
   int64_t total_env_steps = 250000;
   int num_vehicles = 32;
   uint64_t seed = 1;
+  Goals goals = Goals::kWorld;
   WorldConfig world;
   VehicleConfig vehicle;
   PlannerConfig planner;

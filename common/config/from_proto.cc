@@ -9,6 +9,8 @@ To ConvertEnum(From value) {
   return static_cast<To>(static_cast<int>(value));
 }
 static_assert(proto::ASYNC == static_cast<int>(Schedule::kAsync) && proto::Schedule_MAX == proto::ASYNC);
+static_assert(proto::Experiment::ANY == static_cast<int>(Goals::kAny) &&
+              proto::Experiment::Goals_MAX == proto::Experiment::ANY);
 static_assert(proto::World::BOXES == static_cast<int>(WorldConfig::Kind::kBoxes) &&
               proto::World::MAP == static_cast<int>(WorldConfig::Kind::kMap) &&
               proto::World::CUBE_MAZE == static_cast<int>(WorldConfig::Kind::kCubeMaze) &&
@@ -24,6 +26,8 @@ static_assert(proto::Planner::RRG == static_cast<int>(PlannerConfig::Kind::kRrg)
               proto::Planner::RRT_STAR == static_cast<int>(PlannerConfig::Kind::kRrtStar) &&
               proto::Planner::GRID == static_cast<int>(PlannerConfig::Kind::kGrid) &&
               proto::Planner::Kind_MAX == proto::Planner::GRID);
+static_assert(proto::Planner::RAYS == static_cast<int>(PlannerConfig::Repair::kRays) &&
+              proto::Planner::Repair_MAX == proto::Planner::RAYS);
 static_assert(proto::Environment::COST_TO_GO == static_cast<int>(EnvironmentConfig::Start::kCostToGo) &&
               proto::Environment::Start_MAX == proto::Environment::COST_TO_GO);
 static_assert(proto::Reward::SPARSE == static_cast<int>(RewardConfig::Kind::kSparse) &&
@@ -78,6 +82,11 @@ WorldConfig World(const proto::World& message) {
   world.blocked_when = ConvertEnum<WorldConfig::BlockedWhen>(message.blocked_when());
   world.unseen_obstacles = message.unseen_obstacles();
   world.unseen_obstacle_size = message.unseen_obstacle_size();
+  world.training_worlds = message.training_worlds();
+  world.unseen_worlds = message.unseen_worlds();
+  world.goals_per_world = message.goals_per_world();
+  world.goal_tolerance = message.goal_tolerance();
+  world.goal_distance = message.goal_distance();
   world.map = Map(message);
   return world;
 }
@@ -116,6 +125,12 @@ PlannerConfig Planner(const proto::Planner& message) {
   planner.grid_neighbors = message.grid_neighbors();
   planner.path_samples = message.path_samples();
   planner.roadmap = message.roadmap();
+  planner.repair = ConvertEnum<PlannerConfig::Repair>(message.repair());
+  planner.repair_margin = message.repair_margin();
+  planner.repair_mark_radius = message.repair_mark_radius();
+  planner.repair_lifetime = message.repair_lifetime();
+  planner.repair_kept = message.repair_kept();
+  planner.table_cache_mb = message.table_cache_mb();
   return planner;
 }
 
@@ -213,6 +228,7 @@ Experiment FromProto(const proto::Experiment& message) {
   experiment.total_env_steps = message.total_env_steps();
   experiment.num_vehicles = message.num_vehicles();
   experiment.seed = message.seed();
+  experiment.goals = ConvertEnum<Goals>(message.goals());
   experiment.world = World(message.world());
   experiment.vehicle = Vehicle(message.vehicle());
   experiment.planner = Planner(message.planner());

@@ -29,7 +29,10 @@ constexpr double kTurnPerAction = 0.7;             // [rad]
 constexpr double kCarLength = 0.070, kCarWidth = 0.050, kCarSpeed = 1.0;
 constexpr double kQuadrotorRadius = 0.045, kQuadrotorSpeed = 1.5;
 constexpr double kQuadrupedLength = 0.060, kQuadrupedWidth = 0.030, kQuadrupedSpeed = 0.3;
-constexpr double kPointToleranceRadii = 3;  // 0.129 m; the paper's own square has 0.160 m
+constexpr double kRepairRadii = 0.5;         // 0.022 m
+constexpr double kGoalToleranceRadii = 1.2;  // 0.052 m
+constexpr double kGoalDistanceRadii = 12;    // 0.516 m
+constexpr double kPointToleranceRadii = 3;   // 0.129 m; the paper's own square has 0.160 m
 
 constexpr double kMapFieldParts = 5;        // field nodes on an inscribed radius, of maps
 constexpr double kMapFieldNodes = 1 << 25;  // 128 MiB of floats in each process
@@ -141,6 +144,8 @@ void DerivePlanner(const VehicleConfig& vehicle, const ImportedMap* map, proto::
   if (!planner->has_min_spacing()) planner->set_min_spacing(0.5 * planner->eta());
   if (!planner->has_grid_cell()) planner->set_grid_cell(GridCell(map, planner->eta()));
   if (!planner->has_grid_neighbors()) planner->set_grid_neighbors(vehicle.dimension() == 3 ? 26 : 8);
+  if (!planner->has_repair_margin()) planner->set_repair_margin(kRepairRadii * circumscribed);
+  if (!planner->has_repair_mark_radius()) planner->set_repair_mark_radius(kRepairRadii * circumscribed);
 }
 
 void DeriveObservation(double circumscribed, proto::Observation* observation) {
@@ -167,6 +172,8 @@ void DeriveWorld(double circumscribed, double inscribed, const ImportedMap* map,
   if ((world->has_goal_point() || world->has_start_point()) && !world->has_point_tolerance()) {
     world->set_point_tolerance(kPointToleranceRadii * circumscribed);
   }
+  if (!world->has_goal_tolerance()) world->set_goal_tolerance(kGoalToleranceRadii * circumscribed);
+  if (!world->has_goal_distance()) world->set_goal_distance(kGoalDistanceRadii * circumscribed);
   if (world->has_field_resolution()) return;
   const bool car_maze = world->kind() == proto::World::CAR_MAZE, cube = world->kind() == proto::World::CUBE_MAZE;
   const double by_vehicle = map != nullptr ? MapFieldResolution(*map, inscribed) : inscribed / 10;

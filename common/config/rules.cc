@@ -67,6 +67,25 @@ void CheckWorld(const Draft& draft) {
   }
 }
 
+// What is said of many worlds and goals must mean something, and a policy that is told where it is cannot use it
+// elsewhere.
+void CheckGoals(const Draft& draft) {
+  const proto::World& world = draft.message.world();
+  const bool any = draft.message.goals() == proto::Experiment::ANY;
+  const bool seeded = world.kind() == proto::World::CAR_MAZE || world.kind() == proto::World::CUBE_MAZE;
+  const auto check_count = [&](const char* path, int count, int one) {
+    if (count == one || (any && seeded)) return;
+    if (!any) ThrowUsageError("{} is read only with goals = ANY", draft.Show(path, count));
+    ThrowUsageError("{}: only CAR_MAZE and CUBE_MAZE make a world of each seed", draft.Show(path, count));
+  };
+  check_count("world.training_worlds", world.training_worlds(), 1);
+  check_count("world.unseen_worlds", world.unseen_worlds(), 0);
+  if (any && draft.message.observation().position()) {
+    ThrowUsageError("{}: does not go with goals = ANY, which are told by the roadmap alone",
+                    draft.Show("observation.position", "true"));
+  }
+}
+
 void CheckVehicle(const Draft& draft) {
   const proto::Vehicle& vehicle = draft.message.vehicle();
   CheckBelow<double>(draft, {"vehicle.min_speed", vehicle.min_speed()}, {"vehicle.max_speed", vehicle.max_speed()});
@@ -147,6 +166,7 @@ void CheckTransport(const Draft& draft) {
 void CheckRules(const Draft& draft) {
   CheckName(draft);
   CheckWorld(draft);
+  CheckGoals(draft);
   CheckVehicle(draft);
   CheckPlanner(draft);
   CheckControlPeriod(draft);

@@ -22,6 +22,7 @@ enum class RandomPurpose : uint32_t {
   kTestStart = 13,
   kEvaluation = 14,
   kTest = 15,
+  kGoal = 20,
 };
 
 /// Counter-based random numbers (Philox4x32-10, Salmon et al. 2011): the n-th number is a pure function of the key

@@ -31,6 +31,10 @@ struct CostTable {
   Box goal;
   std::vector<float> cost;           ///< [V], path length to the goal region [m], kUnreachable if there is none
   std::vector<int32_t> next_vertex;  ///< [V], next on the shortest path; −1 at goal vertices and unreachable ones
+  /// Marked obstacles that the roadmap's own checks did not know: [3 × marks], centres in W [m]. A straight line is cut
+  /// where it nears one to less than `mark_reach` [m].
+  std::vector<float> marks{};
+  float mark_reach = 0;
 
   /// Longest finite cost [m]; 0 for an empty table.
   float max_cost() const;

@@ -68,6 +68,10 @@ Bytes PackTable(const CostTable& table) {
   Put(&vertices, 1, &blob);
   Put(table.cost.data(), table.cost.size(), &blob);
   Put(table.next_vertex.data(), table.next_vertex.size(), &blob);
+  const auto marks = static_cast<int32_t>(table.marks.size() / 3);
+  Put(&table.mark_reach, 1, &blob);
+  Put(&marks, 1, &blob);
+  Put(table.marks.data(), table.marks.size(), &blob);
   return blob;
 }
 
@@ -80,11 +84,20 @@ std::optional<CostTable> UnpackTable(ByteSpan blob) {
     return std::nullopt;
   }
   const auto count = static_cast<size_t>(vertices);
-  if (reader.left() != count * (sizeof(float) + sizeof(int32_t))) return std::nullopt;
+  if (reader.left() < count * (sizeof(float) + sizeof(int32_t)) + 8) return std::nullopt;
   table.cost.resize(count);
   table.next_vertex.resize(count);
   reader.Get(table.cost.data(), count);
   reader.Get(table.next_vertex.data(), count);
+  int32_t marks = 0;
+  if (!reader.Get(&table.mark_reach, 1) || !reader.Get(&marks, 1) || marks < 0) return std::nullopt;
+  if (!(table.mark_reach >= 0 && std::isfinite(table.mark_reach))) return std::nullopt;
+  if (reader.left() != static_cast<size_t>(marks) * 3 * sizeof(float)) return std::nullopt;
+  table.marks.resize(static_cast<size_t>(marks) * 3);
+  reader.Get(table.marks.data(), table.marks.size());
+  for (const float p : table.marks) {
+    if (!std::isfinite(p)) return std::nullopt;
+  }
   for (size_t v = 0; v < count; ++v) {
     if (!(table.cost[v] >= 0) || table.next_vertex[v] < -1 || table.next_vertex[v] >= vertices) return std::nullopt;
   }

@@ -17,7 +17,11 @@ constexpr double kMaxCells = 4194304;
 // Cells of side 2 r_ball: a ball touches at most four (eight in space), and since each cell lists its vertices cheapest
 // first, D(s) leaves a cell at the first vertex inside the ball or no cheaper than the best so far.
 RoadmapLookup::RoadmapLookup(int dimension, std::vector<float> positions, CostTable table, double r_ball)
-    : dimension_(dimension), positions_(std::move(positions)), table_(std::move(table)), r_ball_(r_ball) {
+    : dimension_(dimension),
+      positions_(std::move(positions)),
+      table_(std::move(table)),
+      table_hash_(table_.Hash()),
+      r_ball_(r_ball) {
   Check();
   Vector3d low = Vector3d::Zero(), high = Vector3d::Zero();
   for (int v = 0; v < num_vertices(); ++v) {
@@ -65,6 +69,11 @@ void RoadmapLookup::Check() const {
   }
 }
 
+size_t RoadmapLookup::num_bytes() const {
+  return sizeof(*this) + sizeof(float) * (positions_.size() + table_.cost.size() + table_.marks.size()) +
+         sizeof(int32_t) * (table_.next_vertex.size() + offsets_.size()) + sizeof(Entry) * entries_.size();
+}
+
 Vector3d RoadmapLookup::position(int vertex) const {
   const float* p = positions_.data() + static_cast<size_t>(vertex) * dimension_;
   return Vector3d(p[0], p[1], dimension_ == 3 ? p[2] : 0.0f);
@@ -78,6 +87,24 @@ int RoadmapLookup::CellIndex(int axis, double coordinate) const {
 double RoadmapLookup::SquaredDistance(const Entry& entry, const Vector3d& p) const {
   const double x = entry.x - p.x(), y = entry.y - p.y(), z = dimension_ == 3 ? entry.z - p.z() : 0;
   return x * x + y * y + z * z;
+}
+
+// A way out of a mark's reach is open, one that leads nearer to it is not.
+bool RoadmapLookup::Cut(const Vector3d& p, const Entry& entry) const {
+  const Vector3d to(entry.x, entry.y, dimension_ == 3 ? entry.z : 0);
+  Vector3d from = p;
+  if (dimension_ == 2) from.z() = 0;
+  const Vector3d way = to - from;
+  const double squared_length = way.squaredNorm();
+  for (size_t m = 0; m < table_.marks.size(); m += 3) {
+    const Vector3d mark(table_.marks[m], table_.marks[m + 1], dimension_ == 3 ? table_.marks[m + 2] : 0);
+    const double at = (mark - from).dot(way);
+    if (at <= 0) continue;  // nearest where it begins
+    const double t = std::min(1.0, at / squared_length);
+    const double nearest = (from + t * way - mark).squaredNorm();
+    if (nearest < static_cast<double>(table_.mark_reach) * table_.mark_reach) return true;
+  }
+  return false;
 }
 
 // Calls visit(first, last) with the entries of each cell that a ball may touch.
@@ -104,7 +131,7 @@ float RoadmapLookup::CostToGo(const Vector3d& p) const {
   const double limit = r_ball_ * r_ball_;
   ForEachCell(p, r_ball_, [&](const Entry* entry, const Entry* last) {
     for (; entry != last && entry->cost < best; ++entry) {
-      if (SquaredDistance(*entry, p) <= limit) best = entry->cost;
+      if (SquaredDistance(*entry, p) <= limit && !Cut(p, *entry)) best = entry->cost;
     }
   });
   return best;
@@ -119,7 +146,8 @@ int RoadmapLookup::BestEntry(const Vector3d& p, const DistanceField& field, doub
       const double squared = SquaredDistance(*entry, p);
       if (squared > limit) continue;
       const double length = std::sqrt(squared) + entry->cost;
-      if (length >= best_length || !field.SegmentClear(p, position(entry->vertex), clearance)) continue;
+      if (length >= best_length || Cut(p, *entry) || !field.SegmentClear(p, position(entry->vertex), clearance))
+        continue;
       best = entry->vertex;
       best_length = length;
     }
@@ -133,7 +161,7 @@ int RoadmapLookup::NearestVertex(const Vector3d& p) const {
   double best_squared = std::numeric_limits<double>::infinity();
   for (const Entry& entry : entries_) {
     const double squared = SquaredDistance(entry, p);
-    if (squared < best_squared) {
+    if (squared < best_squared && !Cut(p, entry)) {
       best = entry.vertex;
       best_squared = squared;
     }

@@ -14,7 +14,9 @@ class RoadmapLookup {
   /// a position is not finite, or r_ball ≤ 0.
   RoadmapLookup(int dimension, std::vector<float> positions, CostTable table, double r_ball);
 
-  /// D(s): the smallest cost-to-go [m] over vertices within r_ball of p, kUnreachable when there is none.
+  /// D(s): the smallest cost-to-go [m] over vertices within r_ball of p, kUnreachable when there is none. Here and
+  /// below a vertex counts for nothing where the straight line to it nears a mark of the table to less than its reach,
+  /// unless it leads away from it.
   float CostToGo(const Vector3d& p) const;
 
   /// Vertex v within 2 r_ball of p that minimises |p − v| + cost(v) among those whose straight line from p keeps
@@ -27,6 +29,10 @@ class RoadmapLookup {
   Vector3d PointAlong(const Vector3d& p, int entry, double distance) const;
 
   const CostTable& table() const { return table_; }
+  /// Content hash of the table.
+  uint64_t table_hash() const { return table_hash_; }
+  /// Memory that it holds [bytes], about.
+  size_t num_bytes() const;
   Vector3d position(int vertex) const;
   int num_vertices() const { return static_cast<int>(table_.cost.size()); }
   double r_ball() const { return r_ball_; }
@@ -40,6 +46,7 @@ class RoadmapLookup {
   };
 
   void Check() const;
+  bool Cut(const Vector3d& p, const Entry& entry) const;
   int CellIndex(int axis, double coordinate) const;
   double SquaredDistance(const Entry& entry, const Vector3d& p) const;
   template <typename Visit>
@@ -50,6 +57,7 @@ class RoadmapLookup {
   int dimension_;
   std::vector<float> positions_;
   CostTable table_;
+  uint64_t table_hash_;
   double r_ball_;
   double inverse_cell_;  // 1 / side of a cell [1/m]
   Vector3d origin_;

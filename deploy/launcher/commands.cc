@@ -103,6 +103,7 @@ void AddEval(CLI::App* app, Commands* commands) {
   command->add_option("--height", options->height, "Of maps through a world in space [m] (default: the middle)");
   command->add_option("--html", options->html, "Interactive page of the driven paths to write, also in space");
   command->add_flag("--json", options->json, "Print one JSON object");
+  AddOverrides(command, &options->overrides);
   command->callback([options, commands] { commands->run = [options] { return Eval(*options); }; });
 }
 

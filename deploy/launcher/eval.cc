@@ -1,6 +1,7 @@
 #include "deploy/launcher/eval.h"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <memory>
@@ -14,6 +15,7 @@
 #include "common/core/files.h"
 #include "common/nn/policy.h"
 #include "common/rl/summary.h"
+#include "deploy/launcher/local_tables.h"
 #include "deploy/launcher/planned_world.h"
 #include "deploy/launcher/run_directory.h"
 #include "deploy/launcher/value_maps.h"
@@ -69,19 +71,48 @@ Driver MakePurePursuitDriver(Experiment experiment) {
   scene->SetTable(PlanWorld(experiment, experiment.planner).MakeLookup());
   Driver driver;
   driver.name = fmt::format("pure pursuit (roadmap with {:.3f} m to walls)", experiment.planner.radius);
-  driver.controller = std::make_unique<actors::PurePursuit>(std::move(scene));
+  driver.controller = std::make_unique<actors::PurePursuit>(std::move(scene), MakeLocalTables(experiment));
   return driver;
 }
 
-Driver MakeDriver(const EvalOptions& options, const RunDirectory& run, const LoadedExperiment& loaded) {
-  if (options.controller == "pure_pursuit") return MakePurePursuitDriver(loaded.experiment);
+Driver MakeDriver(const EvalOptions& options, const RunDirectory& run, const LoadedExperiment& loaded,
+                  const Experiment& changed) {
+  if (options.controller == "pure_pursuit") return MakePurePursuitDriver(changed);
   return MakePolicyDriver(run, loaded, options.policy);
+}
+
+// What the test starts are in.
+std::string TestedWorlds(const Experiment& experiment) {
+  const WorldConfig& world = experiment.world;
+  if (experiment.goals == Goals::kWorld) return fmt::format("of world seed {}", world.seed);
+  const bool unseen = world.unseen_worlds > 0;
+  const uint64_t first = world.seed + static_cast<uint64_t>(unseen ? world.training_worlds : 0);
+  const auto count = static_cast<uint64_t>(unseen ? world.unseen_worlds : world.training_worlds);
+  return fmt::format("of world seeds {} to {}, each with a goal of its own", first, first + count - 1);
+}
+
+// The run's experiment with what was typed after --set and --seed.
+Experiment ChangedExperiment(const EvalOptions& options, const RunDirectory& run, const LoadedExperiment& own) {
+  Experiment changed = LoadExperiment(run.experiment_file(), options.overrides).experiment;
+  if (options.seed) changed.seed = *options.seed;
+  const int size = ObservationSize(changed), own_size = ObservationSize(own.experiment);
+  if (size != own_size || changed.vehicle.action_size() != own.experiment.vehicle.action_size()) {
+    ThrowUsageError("--set {}: the policy takes {} observations, and this makes {}", fmt::join(options.overrides, " "),
+                    own_size, size);
+  }
+  return changed;
+}
+
+void CheckPictures(const EvalOptions& options, const Experiment& experiment) {
+  if (experiment.goals == Goals::kWorld) return;
+  for (const std::string& file : {options.svg, options.html, options.q_map, options.score_map}) {
+    if (!file.empty()) ThrowUsageError("{}: pictures show one goal, and {} has goals = ANY", file, experiment.name);
+  }
 }
 
 void PrintText(const EvaluationSummary& summary, const std::string& driver, const Experiment& experiment) {
   fmt::print("controller     {}\n", driver);
-  fmt::print("test starts    {} of world seed {}, disturbance seed {}\n", summary.trials, experiment.world.seed,
-             experiment.seed);
+  fmt::print("test starts    {} {}, disturbance seed {}\n", summary.trials, TestedWorlds(experiment), experiment.seed);
   fmt::print("success        {} / {} = {:.4f}, 95 % within {:.4f} to {:.4f} (Wilson)\n", summary.successes,
              summary.trials, summary.success_rate, summary.success_interval.low, summary.success_interval.high);
   fmt::print("collisions     {}\ntime-outs      {}\ndiverged       {}\n", summary.collisions, summary.timeouts,
@@ -155,11 +186,11 @@ void WritePage(const PlannedWorld& planned, const Experiment& experiment, const 
 
 int Eval(const EvalOptions& options) {
   const RunDirectory run = RunDirectory::Open(options.run_dir);
-  LoadedExperiment loaded = LoadExperiment(run.experiment_file());
-  CheckSvg(options.svg, loaded.experiment);
-  const Driver driver = MakeDriver(options, run, loaded);
-  if (options.seed) loaded.experiment.seed = *options.seed;
-  const Experiment& experiment = loaded.experiment;
+  const LoadedExperiment loaded = LoadExperiment(run.experiment_file());
+  const Experiment experiment = ChangedExperiment(options, run, loaded);
+  CheckSvg(options.svg, experiment);
+  CheckPictures(options, experiment);
+  const Driver driver = MakeDriver(options, run, loaded, experiment);
   PlannedWorld planned = PlanWorld(experiment, experiment.planner);
   auto scene = std::make_shared<actors::Scene>(experiment);
   scene->SetTable(planned.MakeLookup());
@@ -171,10 +202,11 @@ int Eval(const EvalOptions& options) {
   evaluation.policy_version = driver.policy_version;
   evaluation.evaluation = actors::EvaluationOptions::KeyOf(driver.policy_version);
   evaluation.max_batch = kMaxBatch;
+  evaluation.keep_marks = true;
   std::vector<actors::Trajectory> trajectories;
   const std::vector<EpisodeResult> results =
-      actors::RunEpisodes(scene, StartSet::kTest, actors::AllStarts(trials), *driver.controller, evaluation,
-                          options.svg.empty() && options.html.empty() ? nullptr : &trajectories);
+      actors::RunEpisodes(MakeLocalCourse(scene), StartSet::kTest, actors::AllStarts(trials), *driver.controller,
+                          evaluation, options.svg.empty() && options.html.empty() ? nullptr : &trajectories);
   const EvaluationSummary summary = Summarise(results);
   const std::string title = experiment.name + ": " + driver.name, subtitle = ToString(summary);
   if (!options.svg.empty()) {

@@ -3,21 +3,23 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace cairn::deploy {
 
 /// What was typed after `cairn eval`.
 struct EvalOptions {
   std::string run_dir;
-  int trials = 0;                     ///< test starts 0 … trials − 1; 0: evaluation.test_starts
-  std::optional<uint64_t> seed;       ///< of the disturbances; left out: the run's
-  std::string controller = "policy";  ///< policy or pure_pursuit
-  std::string policy;                 ///< best or last; empty: the best if there is one, else the last
-  std::string svg;                    ///< picture of the driven paths; empty: none
-  std::string html;                   ///< interactive page of the driven paths; empty: none
-  std::string q_map;                  ///< picture of what the critics expect; empty: none
-  std::string score_map;              ///< picture of how soon the goal is reached from everywhere; empty: none
-  std::optional<double> height;       ///< of the maps' slice through a world in space [m]; left out: the middle
+  int trials = 0;                      ///< test starts 0 … trials − 1; 0: evaluation.test_starts
+  std::optional<uint64_t> seed;        ///< of the disturbances; left out: the run's
+  std::string controller = "policy";   ///< policy or pure_pursuit
+  std::string policy;                  ///< best or last; empty: the best if there is one, else the last
+  std::vector<std::string> overrides;  ///< of the run's experiment, as typed after --set
+  std::string svg;                     ///< picture of the driven paths; empty: none
+  std::string html;                    ///< interactive page of the driven paths; empty: none
+  std::string q_map;                   ///< picture of what the critics expect; empty: none
+  std::string score_map;               ///< picture of how soon the goal is reached from everywhere; empty: none
+  std::optional<double> height;        ///< of the maps' slice through a world in space [m]; left out: the middle
   bool json = false;
 };
 

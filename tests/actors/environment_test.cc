@@ -206,8 +206,7 @@ TEST(EnvironmentTest, ANewTableResetsDMinWithoutReward) {
   const float before = environment.episode().episode_return;
   const Pose pose = environment.pose();
   const auto y = static_cast<float>(pose.y);
-  scene->SetTable(MakeChain(scene->world().goal, {static_cast<float>(pose.x), 0.2f, 2.7f}, y, 0.05));
-  environment.ResetProgress();
+  environment.SetTable(MakeChain(scene->world().goal, {static_cast<float>(pose.x), 0.2f, 2.7f}, y, 0.05));
   EXPECT_NEAR(environment.d_min(), (pose.x - 0.2) * -1 + 2.5, 1e-5);
   EXPECT_EQ(environment.episode().episode_return, before);
 }

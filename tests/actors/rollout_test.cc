@@ -25,7 +25,7 @@ Policy MakePolicy(const Experiment& experiment) {
   return policy;
 }
 
-RolloutContext Context(Policy* policy, bool warm_up = false) { return {policy, warm_up, 21, 22, 23}; }
+RolloutContext Context(Policy* policy, bool warm_up = false) { return {policy, warm_up, 21, 22}; }
 
 // Every segment of a vehicle, joined; checks that they continue each other.
 struct Way {
@@ -41,7 +41,7 @@ Way Join(const std::vector<Segment>& segments, int vehicle) {
     EXPECT_EQ(s.first_step, step);
     EXPECT_EQ(s.policy_incarnation, 21);
     EXPECT_EQ(s.policy_version, 22);
-    EXPECT_EQ(s.table_hash, 23u);
+    EXPECT_NE(s.table_hash, 0u);
     step = s.end == SegmentEnd::kNone ? step + s.num_steps() : 0;
     episode += s.end == SegmentEnd::kNone ? 0 : 1;
     if (s.end != SegmentEnd::kNone) way.ends.push_back(static_cast<int>(way.rewards.size()) + s.num_steps());

@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <thread>
 #include <vector>
 
+#include "common/bus/goal_table_client.h"
 #include "common/config/experiment.h"
+#include "common/core/check.h"
 #include "common/core/random.h"
 #include "common/roadmap/roadmap_lookup.h"
 #include "common/world/distance_field.h"
@@ -14,6 +17,7 @@
 #include "common/world/reachability.h"
 #include "planner/collision/swept_sphere_checker.h"
 #include "planner/planner.h"
+#include "planner/roadmap_service.h"
 
 namespace cairn {
 namespace {
@@ -200,6 +204,59 @@ void LookAhead(benchmark::State& state) {
   }
 }
 BENCHMARK(LookAhead)->Name("roadmap/look_ahead_two_points");
+
+// Goal tables over real LCM, from the request to the decoded table: a service in one thread, an actor's client in
+// another, every goal another one, so that each is computed. `tables_per_s` counts them. Needs a multicast route:
+// unshare -rn sh -c 'ip link set lo up; ip route add 224.0.0.0/4 dev lo; cairn-bench-planner --benchmark_filter=served'
+void TablesServed(benchmark::State& state) {
+  constexpr int kTables = 500;
+  Experiment experiment;
+  experiment.goals = Goals::kAny;
+  experiment.planner = Config(static_cast<int>(state.range(0)));
+  const BusConfig config{"239.255.76.67", 23100, 0, 1, RandomId(), std::nullopt};
+  try {
+    BusConfig other = config;
+    other.session = RandomId();
+    Bus planner_bus(config), client_bus(other);
+    planner::RoadmapService service(&planner_bus, 1, experiment);
+    std::jthread planner([&](const std::stop_token& stop) { service.Run([&] { return stop.stop_requested(); }); });
+    int64_t come = 0, vertices = 0;
+    GoalTableClient client(&client_bus, 1, [&](const WorldGoal&, const Roadmap& positions, const CostTable&) {
+      ++come;
+      vertices = positions.num_vertices();
+    });
+    client_bus.CheckPlanes();
+    const Maze& maze = SharedMaze();
+    const Vector3d half(0.05, 0.05, 0);
+    const auto pull = [&](const Vector3d& p) { client.Want({1, {p - half, p + half}}); };
+    const auto wait = [&] {
+      const TimePoint end = Clock::now() + std::chrono::seconds(30);
+      while (!client.idle() && Clock::now() < end) {
+        client.Poll(Clock::now());
+        client_bus.Poll(std::chrono::milliseconds(1));
+      }
+      return client.idle();
+    };
+    pull(maze.points.back());  // with it the roadmap's positions
+    if (!wait()) return state.SkipWithError("the first table did not come");
+    come = 0;
+    size_t next = 0;
+    for (auto _ : state) {
+      for (int i = 0; i < kTables; ++i) pull(maze.points[next++ % kQueries] + 1e-6 * Vector3d(1.0 * next, 0, 0));
+      if (!wait()) return state.SkipWithError("a table did not come");
+    }
+    state.counters["tables_per_s"] = benchmark::Counter(static_cast<double>(come), benchmark::Counter::kIsRate);
+    state.counters["V"] = static_cast<double>(vertices);
+  } catch (const Error& error) {
+    state.SkipWithError(error.what());
+  }
+}
+BENCHMARK(TablesServed)
+    ->Name("planner/tables_served/spacing_mm")
+    ->Arg(50)
+    ->Arg(10)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 }  // namespace
 }  // namespace cairn

@@ -55,8 +55,9 @@ void WriteAll(const std::filesystem::path& d) {
   Write(d, "Experience", MakeExperience());
   Write(d, "Control", MakeControl());
   Write(d, "PolicyChunk", PolicyChunk{.total = 4, .offset = 1, .parameters = {1, 2, 3}});
-  Write(d, "TableRequest", TableRequest{.hash = 1, .num_chunks = 2});
-  Write(d, "TableInfo", TableInfo{.num_vertices = 3});
+  Write(d, "TableRequest",
+        TableRequest{.hash = 1, .num_chunks = 2, .goal = WorldGoal(1, {Vector3d(1, 2, 3), Vector3d(4, 5, 6)})});
+  Write(d, "TableInfo", TableInfo{.num_vertices = 3, .goal = WorldGoal(1, {Vector3d(1, 2, 3), Vector3d(4, 5, 6)})});
   Write(d, "TableChunk", TableChunk{.hash = 1, .total_bytes = 3, .chunk_bytes = 3, .data = {1, 2, 3}});
   Write(d, "LearnerTelemetry", LearnerTelemetry{.phase = "training"});
   Write(d, "ActorTelemetry", ActorTelemetry{.actor_id = 1});

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "common/bus/frame.h"
 #include "common/bus/state_assembler.h"
@@ -104,6 +105,22 @@ TEST(CodecTest, StatesRoundTripInPieces) {
   EXPECT_EQ(assembler.Find(6, 0), nullptr) << "too large, or beyond its end";
 }
 
+TEST(CodecTest, GoalsOfTablesRoundTripAndMustBeSound) {
+  WorldGoal goal(~0ull, {Vector3d(1, 2, 3), Vector3d(1.5, 2, 4)});
+  const auto request = Decode<TableRequest>(Encode(TableRequest{.hash = 5, .goal = goal}));
+  ASSERT_TRUE(request);
+  EXPECT_EQ(request->goal, goal);
+  const auto info = Decode<TableInfo>(Encode(TableInfo{.table_hash = 7, .goal = goal}));
+  ASSERT_TRUE(info);
+  EXPECT_EQ(info->goal, goal);
+  EXPECT_EQ(info->table_hash, 7u);
+  EXPECT_FALSE(Decode<TableRequest>(Encode(TableRequest{}))->goal);
+  goal.max[1] = 1;
+  EXPECT_FALSE(Decode<TableRequest>(Encode(TableRequest{.goal = goal}))) << "inside out";
+  goal.max[1] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(Decode<TableInfo>(Encode(TableInfo{.goal = goal})));
+}
+
 TEST(CodecTest, ControlRoundTrips) {
   const std::optional<Control> got = Decode<Control>(Encode(MakeControl()));
   ASSERT_TRUE(got);
@@ -192,6 +209,8 @@ TEST(CodecTest, EveryMessageSurvivesTruncationAndBitFlips) {
   SurvivesDamage(PolicyChunk{.total = 10, .offset = 2, .parameters = {1, 2, 3}});
   SurvivesDamage(TableRequest{.hash = 5, .num_chunks = 3});
   SurvivesDamage(TableInfo{.num_vertices = 3});
+  SurvivesDamage(TableRequest{.goal = WorldGoal(4, {Vector3d(1, 2, 3), Vector3d(4, 5, 6)})});
+  SurvivesDamage(TableInfo{.goal = WorldGoal(4, {Vector3d(1, 2, 3), Vector3d(4, 5, 6)})});
   SurvivesDamage(TableChunk{.hash = 3, .total_bytes = 20, .chunk = 1, .chunk_bytes = 10, .data = Bytes(10, 7)});
   SurvivesDamage(LearnerTelemetry{.env_steps = 3, .phase = "training"});
   SurvivesDamage(ActorTelemetry{.actor_id = 3});

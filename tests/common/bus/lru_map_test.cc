@@ -26,5 +26,19 @@ TEST(LruMapTest, ForgetsTheKeyUsedLongestAgo) {
   EXPECT_EQ(*map.Find(3), 30);
 }
 
+TEST(LruMapTest, KeepsWithinTheWeightButForTheNewest) {
+  LruMap<int, int> map(10);
+  map.Insert(1, 10, 4);
+  map.Insert(2, 20, 4);
+  EXPECT_EQ(map.total_weight(), 8u);
+  map.Insert(3, 30, 6);
+  EXPECT_EQ(map.total_weight(), 10u);
+  EXPECT_EQ(map.Find(1), nullptr);
+  EXPECT_NE(map.Find(2), nullptr);
+  map.Insert(4, 40, 99);
+  EXPECT_EQ(map.size(), 1u);
+  EXPECT_EQ(*map.Find(4), 40);
+}
+
 }  // namespace
 }  // namespace cairn

@@ -146,5 +146,25 @@ TEST(RoadmapLookupCheckTest, RejectsTablesThatDoNotFit) {
   EXPECT_EQ(RoadmapLookup(2, {}, CostTable{}, 0.1).CostToGo(Vector3d::Zero()), kUnreachable);
 }
 
+// Two vertices, the goal's at (0.3, 0), and a mark between p and it.
+TEST(RoadmapLookupTest, NoLineLeadsNearerToAMark) {
+  CostTable table{1, Box{}, {0.2f, 0}, {1, -1}};
+  table.marks = {0.24f, 0.01f, 0};
+  table.mark_reach = 0.03f;
+  World world;
+  world.bounds = {Vector3d(-1, -1, 0), Vector3d(1, 1, 0)};
+  const DistanceField field(world, 0.01);
+  const std::vector<float> positions{0.1f, 0, 0.3f, 0};
+  const RoadmapLookup marked(2, positions, table, 0.12);
+  const Vector3d p(0.19, 0, 0);
+  EXPECT_EQ(marked.CostToGo(p), 0.2f);
+  EXPECT_EQ(marked.EntryVertex(p, field, 0), 0);
+  EXPECT_EQ(marked.CostToGo(Vector3d(0.25, 0, 0)), 0) << "within the mark's reach, a way out is open";
+  table.marks.clear();
+  const RoadmapLookup unmarked(2, positions, table, 0.12);
+  EXPECT_EQ(unmarked.CostToGo(p), 0);
+  EXPECT_EQ(unmarked.EntryVertex(p, field, 0), 1);
+}
+
 }  // namespace
 }  // namespace cairn
