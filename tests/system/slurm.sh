@@ -136,10 +136,22 @@ check "no process left" "$left" "$left"
 array=$(submit --array=1-2 --nodes=1 "$source_dir/deploy/slurm/cairn.sbatch" "$experiment" "$work/seeds" --actors 1 "${small[@]}" \
   --set total_env_steps=2000)
 array_ended() { [[ -z $(squeue -h -j "$array") ]]; }
-await 120 "the array" array_ended
+await 300 "the array" array_ended
 for seed in 1 2; do
   check "seed $seed of the array" "$([[ $(value seed "$work/seeds/seed-$seed/summary.json") == "$seed" ]]; echo $?)" \
     "env_steps $(value env_steps "$work/seeds/seed-$seed/summary.json"), weights $(value weights_crc32c "$work/seeds/seed-$seed/summary.json")"
 done
+# Without multicast: the route is gone, and LCM's broker carries the messages.
+if [[ -e /usr/share/java/lcm.jar ]] && command -v java > /dev/null; then
+  ip route del 224.0.0.0/4 dev lo
+  job=$(CAIRN_BROKER=7950 CAIRN_ACTORS=1 submit --nodes=2 "$source_dir/deploy/slurm/cairn.sbatch" "$experiment" "$work/broker" \
+    --actors 1 "${small[@]}" --set total_env_steps=6000)
+  await 300 "the job over a broker" ended "$job"
+  check "without multicast, over a broker" "$([[ $(state "$job") == JobState=COMPLETED ]]; echo $?)" \
+    "$(state "$job"), env_steps $(value env_steps "$work/broker/summary.json"), lost $(value transitions_lost "$work/broker/summary.json")"
+  check "with an actor of the second node" \
+    "$(grep -q 'actor-1000 info: cost table' "$work/cairn-${job}_4294967294.out"; echo $?)" \
+    "$(grep -o '"join": *"[^"]*' "$work/broker/run.json")"
+fi
 ((failed == 0)) || tail -n 20 "$work"/*.out >&2
 checks_ended
