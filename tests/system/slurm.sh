@@ -142,7 +142,7 @@ for seed in 1 2; do
     "env_steps $(value env_steps "$work/seeds/seed-$seed/summary.json"), weights $(value weights_crc32c "$work/seeds/seed-$seed/summary.json")"
 done
 # Without multicast: the route is gone, and LCM's broker carries the messages.
-if [[ -e /usr/share/java/lcm.jar ]] && command -v java > /dev/null; then
+if grep -q "optional string url" "$source_dir/common/config/experiment.proto" && [[ -e /usr/share/java/lcm.jar ]] && command -v java > /dev/null; then
   ip route del 224.0.0.0/4 dev lo
   job=$(CAIRN_BROKER=7950 CAIRN_ACTORS=1 submit --nodes=2 "$source_dir/deploy/slurm/cairn.sbatch" "$experiment" "$work/broker" \
     --actors 1 "${small[@]}" --set total_env_steps=6000)
