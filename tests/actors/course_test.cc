@@ -32,7 +32,7 @@ class SlowTables {
   SlowTables(const Experiment& experiment, int delay) : experiment_(experiment), delay_(delay) {}
 
   std::shared_ptr<const RoadmapLookup> operator()(const WorldGoal& goal) {
-    Entry& entry = (*entries_)[{goal.world_seed, goal.min[0], goal.min[1], goal.max[0]}];
+    Entry& entry = (*entries_)[{static_cast<double>(goal.world_seed), goal.min[0], goal.min[1], goal.max[0]}];
     if (entry.asked++ < delay_) return nullptr;
     if (entry.table == nullptr) {
       WorldConfig config = experiment_.world;
