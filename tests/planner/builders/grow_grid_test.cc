@@ -98,6 +98,7 @@ TEST_P(GrowGridTest, CostsOfALargeRobotAreThoseOfTheInflatedMap) {
   PlannerConfig config = GridConfig(grid, 1.27);
   config.grid_neighbors = GetParam();
   const auto free = [&](int x, int y, int z) {
+    if (z < 0 || z >= grid.size.z()) return false;
     return SignedDistance(world, Vector3d(x + 0.5, y + 0.5, space ? z + 0.5 : 0)) > config.radius;
   };
   const size_t goal = GoalCell(grid, &world, free);
