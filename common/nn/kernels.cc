@@ -17,7 +17,7 @@ const Table& Avx512();  // kernels_avx512.cc
 
 const Table& Base() { return base::kTable; }
 
-const Table& Best() {
+bool HasAvx512() {
 #ifdef CAIRN_HAS_AVX512_KERNELS
   static const bool wide = [] {
     const std::string target = GemmTarget();  // LIBXSMM_TARGET may ask for less than the processor has
@@ -25,7 +25,15 @@ const Table& Best() {
            __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw") &&
            __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512cd");
   }();
-  if (wide) return Avx512();
+  return wide;
+#else
+  return false;
+#endif
+}
+
+const Table& Best() {
+#ifdef CAIRN_HAS_AVX512_KERNELS
+  if (HasAvx512()) return Avx512();
 #endif
   return Base();
 }

@@ -35,7 +35,10 @@ struct Table {
   void (*transpose)(const float* from, int rows, int columns, float* to);
 };
 
-/// The widest that this processor and the products' target (GemmTarget) have.
+/// Whether this processor and the products' target (GemmTarget) have AVX-512 and the build knows it.
+bool HasAvx512();
+
+/// The widest that there is.
 const Table& Best();
 
 /// For tests and logs.

@@ -65,16 +65,17 @@ class Batch {
   AlignedBuffer<Scalar> noise_, next_noise_;
 };
 
-/// What happens to a batch beside the arithmetic of an update. The plain one does nothing: the batch is complete.
+/// Completes a batch while it is used; any thread of the update may call it. The plain one does nothing: the batch is
+/// complete.
 class BatchFeeder {
  public:
   virtual ~BatchFeeder() = default;
 
-  /// Called before samples [first, first + count) are used, in ascending order, once an update.
-  virtual void Need(int /*first*/, int /*count*/) {}
+  /// Samples [first, first + count) of this batch, or of the next one, will be needed after those of the next Need.
+  virtual void Expect(int /*first*/, int /*count*/, bool /*of_next_batch*/) {}
 
-  /// Called often, between products of matrices: a moment for a little memory traffic.
-  virtual void Pause() {}
+  /// Called before samples [first, first + count) are used, once an update.
+  virtual void Need(int /*first*/, int /*count*/) {}
 };
 
 extern template class Batch<float>;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/core/random.h"
+#include "common/nn/full_width.h"
 #include "common/nn/vector_math.h"
 
 namespace cairn::learner {
@@ -18,7 +19,7 @@ struct Counters {
 };
 
 // high : low = a · b
-inline void Multiply(uint32_t a, const Lanes& b, Lanes& high, Lanes& low) {
+CAIRN_INLINE_LOOP inline void Multiply(uint32_t a, const Lanes& b, Lanes& high, Lanes& low) {
   for (int l = 0; l < kLanes; ++l) {
     const uint64_t product = uint64_t{a} * b[l];
     high[l] = static_cast<uint32_t>(product >> 32);
@@ -27,7 +28,8 @@ inline void Multiply(uint32_t a, const Lanes& b, Lanes& high, Lanes& low) {
 }
 
 // Lane l holds counter (block · kLanes + l, purpose, draw); afterwards c[0…3] are its four numbers.
-void Philox(std::array<uint32_t, 2> key, uint32_t block, uint32_t purpose, int64_t draw, Counters* counters) {
+CAIRN_INLINE_LOOP inline void Philox(std::array<uint32_t, 2> key, uint32_t block, uint32_t purpose, int64_t draw,
+                                     Counters* counters) {
   auto& c = counters->c;
   for (int l = 0; l < kLanes; ++l) {
     c[0][l] = block * kLanes + static_cast<uint32_t>(l);
@@ -51,7 +53,7 @@ void Philox(std::array<uint32_t, 2> key, uint32_t block, uint32_t purpose, int64
 }
 
 // Two uniforms of 24 bits, u in (0, 1] and v in [0, 1) → two normals.
-inline void BoxMuller(const Lanes& a, const Lanes& b, float* out) {
+CAIRN_INLINE_LOOP inline void BoxMuller(const Lanes& a, const Lanes& b, float* out) {
   for (int l = 0; l < kLanes; ++l) {
     const float u = static_cast<float>(static_cast<int32_t>(a[l] >> 8) + 1) * 0x1.0p-24f;
     const float v = static_cast<float>(static_cast<int32_t>(b[l] >> 8)) * 0x1.0p-24f;
@@ -63,15 +65,16 @@ inline void BoxMuller(const Lanes& a, const Lanes& b, float* out) {
   }
 }
 
-// Calls make(block, to) for whole blocks, the last one by way of a temporary.
+// Numbers [first, first + n): make(block, to) writes those of a whole block, parts of one go by way of a temporary.
 template <typename T, typename Make>
-void InBlocks(int n, T* out, Make make) {
-  const int whole = n / kBlock;
-  for (int block = 0; block < whole; ++block) make(static_cast<uint32_t>(block), out + block * kBlock);
-  if (whole * kBlock == n) return;
-  T rest[kBlock];
-  make(static_cast<uint32_t>(whole), rest);
-  std::copy_n(rest, n - whole * kBlock, out + whole * kBlock);
+CAIRN_INLINE_LOOP inline void InBlocks(int first, int n, T* out, const Make& make) {
+  T whole[kBlock];
+  for (int i = first, count; i < first + n; i += count, out += count) {
+    const int skip = i % kBlock;
+    count = std::min(kBlock - skip, first + n - i);
+    make(static_cast<uint32_t>(i / kBlock), whole);
+    std::copy_n(whole + skip, count, out);
+  }
 }
 
 }  // namespace
@@ -82,10 +85,12 @@ BatchRandom::BatchRandom(uint64_t seed) {
 }
 
 void BatchRandom::Bits(Purpose purpose, int64_t draw, int n, uint32_t* out) const {
-  InBlocks(n, out, [&](uint32_t block, uint32_t* to) {
-    Counters counters;
-    Philox(key_, block, static_cast<uint32_t>(purpose), draw, &counters);
-    for (int i = 0; i < 4; ++i) std::copy_n(counters.c[i], kLanes, to + i * kLanes);
+  AtFullWidth([&]() CAIRN_INLINE_LOOP {
+    InBlocks(0, n, out, [&](uint32_t block, uint32_t* to) CAIRN_INLINE_LOOP {
+      Counters counters;
+      Philox(key_, block, static_cast<uint32_t>(purpose), draw, &counters);
+      for (int i = 0; i < 4; ++i) std::copy_n(counters.c[i], kLanes, to + i * kLanes);
+    });
   });
 }
 
@@ -94,12 +99,14 @@ void BatchRandom::Below(Purpose purpose, int64_t draw, uint32_t below, int n, ui
   for (int i = 0; i < n; ++i) out[i] = static_cast<uint32_t>((uint64_t{out[i]} * below) >> 32);
 }
 
-void BatchRandom::Normals(Purpose purpose, int64_t draw, int n, float* out) const {
-  InBlocks(n, out, [&](uint32_t block, float* to) {
-    Counters counters;
-    Philox(key_, block, static_cast<uint32_t>(purpose), draw, &counters);
-    BoxMuller(counters.c[0], counters.c[1], to);
-    BoxMuller(counters.c[2], counters.c[3], to + 2 * kLanes);
+void BatchRandom::Normals(Purpose purpose, int64_t draw, int first, int n, float* out) const {
+  AtFullWidth([&]() CAIRN_INLINE_LOOP {
+    InBlocks(first, n, out, [&](uint32_t block, float* to) CAIRN_INLINE_LOOP {
+      Counters counters;
+      Philox(key_, block, static_cast<uint32_t>(purpose), draw, &counters);
+      BoxMuller(counters.c[0], counters.c[1], to);
+      BoxMuller(counters.c[2], counters.c[3], to + 2 * kLanes);
+    });
   });
 }
 

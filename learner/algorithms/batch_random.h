@@ -21,8 +21,8 @@ class BatchRandom {
   /// `n` integers, uniform in [0, below).
   void Below(Purpose purpose, int64_t draw, uint32_t below, int n, uint32_t* out) const;
 
-  /// `n` standard normals (Box-Muller, both of a pair).
-  void Normals(Purpose purpose, int64_t draw, int n, float* out) const;
+  /// Numbers [first, first + n) of the draw: standard normals (Box-Muller, both of a pair).
+  void Normals(Purpose purpose, int64_t draw, int first, int n, float* out) const;
 
  private:
   std::array<uint32_t, 2> key_;

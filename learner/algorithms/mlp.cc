@@ -15,6 +15,7 @@ constexpr int kColumnStep = 4;  // InputGradient rounds its number of samples up
 // Products that follow the samples, and the pass over what they yield, go by blocks of columns: that pass then finds it
 // in the first-level cache. The products for weights, which sum over samples, take all columns at once.
 constexpr int kBlock = 32;
+constexpr int kMaxBlock = kBlock * 3 / 2;
 
 int RoundUp(int n, int step) { return (n + step - 1) / step * step; }
 
@@ -24,10 +25,13 @@ std::vector<int> MultiplesUpTo(int n, int step) {
   return multiples;
 }
 
-/// Calls f(first, how many) for the blocks of n columns.
+/// Calls f(first, how many) for the blocks of n columns, nearly equal ones of about kBlock: a few columns left over
+/// would cost nearly as much as a whole block.
 template <typename F>
 void ForBlocks(int n, F f) {
-  for (int first = 0; first < n; first += kBlock) f(first, std::min(kBlock, n - first));
+  const int count = std::max(1, (n + kBlock / 2) / kBlock);
+  const int size = RoundUp((n + count - 1) / count, kColumnStep);
+  for (int first = 0; first < n; first += size) f(first, std::min(size, n - first));
 }
 
 /// The sizes of the blocks of such numbers of columns, ascending.
@@ -128,7 +132,7 @@ void Mlp<Scalar>::AddLayer(const MlpLayer& layer, int x_stride) {
   const int in = layer.in, out = layer.out;
   Kernels kernels{
       ColumnGemm<Scalar>(out, in, out, x_stride, out, BlockSizes(columns_)),
-      ColumnGemm<Scalar>(in, out, in, out, in, MultiplesUpTo(std::min(columns_.back(), kBlock), kColumnStep)),
+      ColumnGemm<Scalar>(in, out, in, out, in, MultiplesUpTo(std::min(columns_.back(), kMaxBlock), kColumnStep)),
       {},
       {}};
   const auto weight_gradient = [&](int n, Accumulate accumulate) {

@@ -5,9 +5,12 @@
 #include <utility>
 
 #include "common/core/check.h"
+#include "common/nn/layers.h"
 #include "learner/algorithms/shapes.h"
 
 namespace cairn::learner {
+
+using cairn::layers::LaneSum;
 
 template <typename Scalar>
 Sac<Scalar>::Sac(const LearnerConfig& config, const PolicyShape& shape, uint64_t seed)
@@ -71,35 +74,29 @@ UpdateInfo Sac<Scalar>::Update(Batch<Scalar>* batch, double learning_rate, Batch
 
 template <typename Scalar>
 double Sac<Scalar>::CriticLoss(Batch<Scalar>* batch, BatchFeeder* feeder) {
-  if (team_.size() > 1) feeder->Need(0, batch->size());
-  ForChunks(&team_, chunks_, feeder, &works_,
-            [&](int first, int n, Accumulate accumulate, BatchFeeder* part, Work* work) {
-              part->Need(first, n);
-              CriticChunk(batch, first, n, accumulate, part, work);
-            });
+  ForChunks(&team_, chunks_, feeder, &works_, [&](int first, int n, Accumulate accumulate, Work* work) {
+    CriticChunk(batch, first, n, accumulate, work);
+  });
   auto& sum = works_[0].critics;
   for (size_t t = 1; t < works_.size(); ++t) critics_.AddRegression(works_[t].critics, &sum);
   return 0.5 * sum.squared_error / batch->size();
 }
 
 template <typename Scalar>
-void Sac<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, BatchFeeder* feeder,
-                              Work* work) {
+void Sac<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work) {
   // a' ~ π(·|s')
   const Scalar* y = policy_mlp_.Forward(policy_.weights, batch->next_input(first), n, &work->policy_tape);
-  feeder->Pause();
   work->head.Sample(y, n, batch->next_noise() + first, batch->size(), batch->next_action(first), batch->stride());
   const Scalar* log_prob = work->head.log_prob();
-  feeder->Pause();
   // y = R + discount (min_i Q'_i(s', a') − alpha log π(a'|s'))
   Scalar* target_q = work->q.data();
-  critics_.MinTargetQ(batch->next_input(first), n, feeder, &work->critics, target_q);
+  critics_.MinTargetQ(batch->next_input(first), n, &work->critics, target_q);
   const auto entropy_weight = static_cast<Scalar>(alpha());
   for (int j = 0; j < n; ++j) {
     target_q[j] = batch->reward(first + j) + batch->discount(first + j) * (target_q[j] - entropy_weight * log_prob[j]);
   }
   // J_Q = ½ mean (Q_i(s, a) − y)²
-  critics_.Regress(batch->input(first), target_q, n, Scalar{1} / static_cast<Scalar>(batch->size()), accumulate, feeder,
+  critics_.Regress(batch->input(first), target_q, n, Scalar{1} / static_cast<Scalar>(batch->size()), accumulate,
                    &work->critics);
 }
 
@@ -107,10 +104,9 @@ template <typename Scalar>
 double Sac<Scalar>::ActorLoss(Batch<Scalar>* batch) {
   for (Work& work : works_) work.actor_loss = work.log_prob = 0;
   BatchFeeder complete;
-  ForChunks(&team_, chunks_, &complete, &works_,
-            [&](int first, int n, Accumulate accumulate, BatchFeeder*, Work* work) {
-              ActorChunk(batch, first, n, accumulate, work);
-            });
+  ForChunks(&team_, chunks_, &complete, &works_, [&](int first, int n, Accumulate accumulate, Work* work) {
+    ActorChunk(batch, first, n, accumulate, work);
+  });
   Work& sum = works_[0];
   for (size_t t = 1; t < works_.size(); ++t) {
     AddGradient(works_[t].policy_gradient, &policy_.gradient);
@@ -130,10 +126,11 @@ void Sac<Scalar>::ActorChunk(Batch<Scalar>* batch, int first, int n, Accumulate 
   critics_.MinQ(batch->input(first), n, &work->critics, work->q.data());
   // J_π = mean (alpha log π(a|s) − min_i Q_i(s, a))
   const double entropy_weight = alpha();
-  for (int j = 0; j < n; ++j) {
-    work->log_prob += static_cast<double>(log_prob[j]);
-    work->actor_loss += entropy_weight * static_cast<double>(log_prob[j]) - static_cast<double>(work->q[j]);
-  }
+  const double chunk_log_prob = LaneSum<double>(n, [=](int j) { return static_cast<double>(log_prob[j]); });
+  work->log_prob += chunk_log_prob;
+  const Scalar* q = work->q.data();
+  work->actor_loss +=
+      entropy_weight * chunk_log_prob - LaneSum<double>(n, [q](int j) { return static_cast<double>(q[j]); });
   critics_.ActionGradient(&work->critics, work->d_action.data(), work->head.stride());
   work->head.Backward(work->d_action.data(), n, static_cast<Scalar>(entropy_weight),
                       Scalar{1} / static_cast<Scalar>(batch->size()), work->d_output.data());

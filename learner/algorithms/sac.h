@@ -70,7 +70,7 @@ class Sac {
   };
 
   Work MakeWork(int member) const;
-  void CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, BatchFeeder* feeder, Work* work);
+  void CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work);
   void ActorChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work);
 
   LearnerConfig config_;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/core/check.h"
+#include "common/nn/full_width.h"
 #include "common/nn/vector_math.h"
 
 namespace cairn::learner {
@@ -18,8 +19,9 @@ constexpr double kHalfLog2Pi = 0.918938533204672742;
 // log π(a|s) = log N(u; mean, std) − log(1 − tanh² u). With e = exp(−2|u|), which never overflows, and without
 // cancellation for large |u|: tanh |u| = (1 − e) / (1 + e), 1 − tanh² u = 4 e / (1 + e)².
 template <typename Scalar>
-void Squash(const Scalar* __restrict noise, int n, Scalar* __restrict mean, Scalar* __restrict log_std,
-            Scalar* __restrict slope, Scalar* __restrict inside, Scalar* __restrict log_prob) {
+CAIRN_INLINE_LOOP inline void Squash(const Scalar* __restrict noise, int n, Scalar* __restrict mean,
+                                     Scalar* __restrict log_std, Scalar* __restrict slope, Scalar* __restrict inside,
+                                     Scalar* __restrict log_prob) {
   const auto low = static_cast<Scalar>(kMinLogStd), high = static_cast<Scalar>(kMaxLogStd);
   const auto log2 = static_cast<Scalar>(kLog2), half_log_2_pi = static_cast<Scalar>(kHalfLog2Pi);
   // Three loops: the chain of one, exp → exp → log, is longer than the processor looks ahead.
@@ -68,7 +70,9 @@ void TanhGaussian<Scalar>::Sample(const Scalar* y, int n, const Scalar* noise, i
       tanh_u[j] = y[j * 2 * action_size_ + a];
       deviation[j] = y[j * 2 * action_size_ + action_size_ + a];
     }
-    Squash(noise, n, tanh_u, deviation, slope_.data() + column, inside_.data() + column, log_prob_.data());
+    AtFullWidth([&]() CAIRN_INLINE_LOOP {
+      Squash(noise, n, tanh_u, deviation, slope_.data() + column, inside_.data() + column, log_prob_.data());
+    });
     for (int j = 0; j < n; ++j) action[static_cast<ptrdiff_t>(j) * action_stride + a] = tanh_u[j];
   }
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "common/core/check.h"
+#include "common/nn/full_width.h"
+#include "common/nn/layers.h"
 #include "common/nn/vector_math.h"
 #include "learner/algorithms/shapes.h"
 
@@ -13,6 +15,13 @@ namespace {
 template <typename Scalar>
 Scalar Clip(Scalar x, Scalar limit) {
   return x < -limit ? -limit : (x > limit ? limit : x);
+}
+
+template <typename Scalar>
+void Tanh(const Scalar* from, int n, Scalar* to) {
+  AtFullWidth([=]() CAIRN_INLINE_LOOP {
+    for (int i = 0; i < n; ++i) to[i] = math::Tanh(from[i]);
+  });
 }
 
 }  // namespace
@@ -69,30 +78,25 @@ UpdateInfo Td3<Scalar>::Update(Batch<Scalar>* batch, double learning_rate, Batch
 
 template <typename Scalar>
 double Td3<Scalar>::CriticLoss(Batch<Scalar>* batch, BatchFeeder* feeder) {
-  if (team_.size() > 1) feeder->Need(0, batch->size());
-  ForChunks(&team_, chunks_, feeder, &works_,
-            [&](int first, int n, Accumulate accumulate, BatchFeeder* part, Work* work) {
-              part->Need(first, n);
-              CriticChunk(batch, first, n, accumulate, part, work);
-            });
+  ForChunks(&team_, chunks_, feeder, &works_, [&](int first, int n, Accumulate accumulate, Work* work) {
+    CriticChunk(batch, first, n, accumulate, work);
+  });
   auto& sum = works_[0].critics;
   for (size_t t = 1; t < works_.size(); ++t) critics_.AddRegression(works_[t].critics, &sum);
   return sum.squared_error / batch->size();
 }
 
 template <typename Scalar>
-void Td3<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, BatchFeeder* feeder,
-                              Work* work) {
+void Td3<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work) {
   SmoothedTargetAction(batch, first, n, work);
-  feeder->Pause();
   // y = R + discount min_i Q'_i(s', a')
   Scalar* target_q = work->q.data();
-  critics_.MinTargetQ(batch->next_input(first), n, feeder, &work->critics, target_q);
+  critics_.MinTargetQ(batch->next_input(first), n, &work->critics, target_q);
   for (int j = 0; j < n; ++j) {
     target_q[j] = math::Fma(batch->discount(first + j), target_q[j], batch->reward(first + j));
   }
   // mean (Q_i(s, a) − y)²
-  critics_.Regress(batch->input(first), target_q, n, Scalar{2} / static_cast<Scalar>(batch->size()), accumulate, feeder,
+  critics_.Regress(batch->input(first), target_q, n, Scalar{2} / static_cast<Scalar>(batch->size()), accumulate,
                    &work->critics);
 }
 
@@ -102,7 +106,7 @@ void Td3<Scalar>::SmoothedTargetAction(Batch<Scalar>* batch, int first, int n, W
   const auto sigma = static_cast<Scalar>(config_.target_policy_noise);
   const auto limit = static_cast<Scalar>(config_.target_noise_clip);
   const Scalar* y = policy_mlp_.Forward(policy_target_, batch->next_input(first), n, &work->policy_tape);
-  for (int i = 0; i < n * action_size_; ++i) work->action[i] = math::Tanh(y[i]);
+  Tanh(y, n * action_size_, work->action.data());
   for (int j = 0; j < n; ++j) {
     Scalar* action = batch->next_action(first + j);
     for (int a = 0; a < action_size_; ++a) {
@@ -116,10 +120,9 @@ template <typename Scalar>
 double Td3<Scalar>::ActorLoss(Batch<Scalar>* batch) {
   for (Work& work : works_) work.actor_loss = 0;
   BatchFeeder complete;
-  ForChunks(&team_, chunks_, &complete, &works_,
-            [&](int first, int n, Accumulate accumulate, BatchFeeder*, Work* work) {
-              ActorChunk(batch, first, n, accumulate, work);
-            });
+  ForChunks(&team_, chunks_, &complete, &works_, [&](int first, int n, Accumulate accumulate, Work* work) {
+    ActorChunk(batch, first, n, accumulate, work);
+  });
   Work& sum = works_[0];
   for (size_t t = 1; t < works_.size(); ++t) {
     AddGradient(works_[t].policy_gradient, &policy_.gradient);
@@ -131,11 +134,12 @@ double Td3<Scalar>::ActorLoss(Batch<Scalar>* batch) {
 template <typename Scalar>
 void Td3<Scalar>::ActorChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work) {
   const Scalar* y = policy_mlp_.Forward(policy_.weights, batch->input(first), n, &work->policy_tape);
-  for (int i = 0; i < n * action_size_; ++i) work->action[i] = math::Tanh(y[i]);
+  Tanh(y, n * action_size_, work->action.data());
   for (int j = 0; j < n; ++j) std::copy_n(&work->action[j * action_size_], action_size_, batch->action(first + j));
   // J_π = −mean Q_1(s, π(s))
   critics_.FirstQ(batch->input(first), n, &work->critics, work->q.data());
-  for (int j = 0; j < n; ++j) work->actor_loss -= static_cast<double>(work->q[j]);
+  const Scalar* q = work->q.data();
+  work->actor_loss -= cairn::layers::LaneSum<double>(n, [q](int j) { return static_cast<double>(q[j]); });
   critics_.ActionGradient(&work->critics, work->d_action.data(), work->stride);
   // da / dy = 1 − a²
   const Scalar weight = Scalar{-1} / static_cast<Scalar>(batch->size());

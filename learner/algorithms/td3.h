@@ -65,7 +65,7 @@ class Td3 {
   };
 
   Work MakeWork(int member) const;
-  void CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, BatchFeeder* feeder, Work* work);
+  void CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work);
   void SmoothedTargetAction(Batch<Scalar>* batch, int first, int n, Work* work);
   void ActorChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work);
 

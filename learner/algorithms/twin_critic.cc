@@ -4,8 +4,14 @@
 #include <numeric>
 #include <span>
 
+#include "common/nn/layers.h"
+
 namespace cairn::learner {
 namespace {
+
+using cairn::layers::LaneSum;
+
+double Square(double x) { return x * x; }
 
 size_t Padded(int samples) { return static_cast<size_t>((samples + 15) / 16 * 16); }
 
@@ -30,30 +36,24 @@ TwinCritic<Scalar>::TwinCritic(const MlpShape& shape, int input_stride, const st
       targets_{CopyWeights(mlp_, critics_[0].weights), CopyWeights(mlp_, critics_[1].weights)} {}
 
 template <typename Scalar>
-void TwinCritic<Scalar>::MinTargetQ(const Scalar* input, int n, BatchFeeder* feeder, Work* work, Scalar* q) const {
+void TwinCritic<Scalar>::MinTargetQ(const Scalar* input, int n, Work* work, Scalar* q) const {
   const Scalar* q1 = mlp_.Forward(targets_[0], input, n, &work->tape[0]);
-  feeder->Pause();
   const Scalar* q2 = mlp_.Forward(targets_[1], input, n, &work->tape[1]);
-  feeder->Pause();
   for (int j = 0; j < n; ++j) q[j] = q2[j] < q1[j] ? q2[j] : q1[j];
 }
 
 template <typename Scalar>
 void TwinCritic<Scalar>::Regress(const Scalar* input, const Scalar* target_q, int n, Scalar weight,
-                                 Accumulate accumulate, BatchFeeder* feeder, Work* work) {
+                                 Accumulate accumulate, Work* work) {
   if (accumulate == Accumulate::kOverwrite) work->squared_error = work->q = 0;
   for (int i = 0; i < 2; ++i) {
     const Scalar* q = mlp_.Forward(critics_[i].weights, input, n, &work->tape[i]);
-    feeder->Pause();
-    for (int j = 0; j < n; ++j) {
-      const Scalar error = q[j] - target_q[j];
-      work->squared_error += static_cast<double>(error) * static_cast<double>(error);
-      work->q += static_cast<double>(q[j]);
-      work->error[j] = weight * error;
-    }
+    const auto error = [q, target_q](int j) { return q[j] - target_q[j]; };
+    for (int j = 0; j < n; ++j) work->error[j] = weight * error(j);
+    work->squared_error += LaneSum<double>(n, [&](int j) { return Square(static_cast<double>(error(j))); });
+    work->q += LaneSum<double>(n, [q](int j) { return static_cast<double>(q[j]); });
     mlp_.Backward(critics_[i].weights, input, work->error.data(), n, accumulate, &work->tape[i],
                   GradientOf(&critics_[i], &work->gradient[i]));
-    feeder->Pause();
   }
 }
 

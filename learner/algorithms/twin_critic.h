@@ -38,12 +38,11 @@ class TwinCritic {
   Work MakeWork(int member) const { return Work(mlp_, action_size_, member > 0); }
 
   /// min_i of the targets' Q_i: `q` [n].
-  void MinTargetQ(const Scalar* input, int n, BatchFeeder* feeder, Work* work, Scalar* q) const;
+  void MinTargetQ(const Scalar* input, int n, Work* work, Scalar* q) const;
 
   /// Adds the gradient of weight · ½ Σ_i Σ_j (Q_i − target_q_j)²; with
   /// kOverwrite, for the first samples of a batch, starts gradients and sums anew.
-  void Regress(const Scalar* input, const Scalar* target_q, int n, Scalar weight, Accumulate accumulate,
-               BatchFeeder* feeder, Work* work);
+  void Regress(const Scalar* input, const Scalar* target_q, int n, Scalar weight, Accumulate accumulate, Work* work);
 
   /// Adds what other threads' Regress left in `part` to the first thread's `sum`.
   void AddRegression(const Work& part, Work* sum);

@@ -41,28 +41,19 @@ class UpdateTeam {
   std::vector<std::jthread> threads_;  // last: they end before what they use
 };
 
-/// Calls f(first, n, accumulate, feeder, work) for all chunks of a batch: each member of the team takes adjacent ones
-/// in ascending order, with its own of `works`, and `accumulate` tells its first from the others. The feeder that f
-/// gets may be asked for its samples as if there were one thread.
+/// Calls f(first, n, accumulate, work) for all chunks of a batch, after the feeder has been asked for their samples:
+/// each member of the team takes adjacent ones in ascending order, with its own of `works`, and `accumulate` tells its
+/// first from the others.
 template <typename Work, typename F>
 void ForChunks(UpdateTeam* team, const Chunks& chunks, BatchFeeder* feeder, std::vector<Work>* works, F f) {
-  class PausesOnly final : public BatchFeeder {
-   public:
-    explicit PausesOnly(BatchFeeder* whole) : whole_(whole) {}
-    void Pause() override {
-      if (whole_ != nullptr) whole_->Pause();
-    }
-
-   private:
-    BatchFeeder* whole_;
-  };
   team->Run([&](int member) {
-    PausesOnly pauses(member == 0 ? feeder : nullptr);  // one thread only may touch the feeder
-    BatchFeeder* const used = team->size() == 1 ? feeder : &pauses;
     const int begin = chunks.share_begin(member, team->size()), end = chunks.share_begin(member + 1, team->size());
     for (int c = begin; c < end; ++c) {
-      f(chunks.first(c), chunks.size(c), c == begin ? Accumulate::kOverwrite : Accumulate::kAdd, used,
-        &(*works)[member]);
+      const bool last = c + 1 == end;
+      const int next = last ? begin : c + 1;
+      feeder->Expect(chunks.first(next), chunks.size(next), last);
+      feeder->Need(chunks.first(c), chunks.size(c));
+      f(chunks.first(c), chunks.size(c), c == begin ? Accumulate::kOverwrite : Accumulate::kAdd, &(*works)[member]);
     }
   });
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/core/check.h"
+#include "common/nn/full_width.h"
 #include "common/nn/layers.h"
 #include "common/nn/vector_math.h"
 
@@ -33,12 +34,15 @@ void Adam<Scalar>::Step(double learning_rate, std::span<const Scalar> gradient, 
   Scalar* __restrict m = first_.data();
   Scalar* __restrict v = second_.data();
   Scalar* __restrict theta = values.data();
-  for (size_t i = 0; i < values.size(); ++i) {
-    const Scalar slope = g[i] * scale;
-    m[i] = math::Fma(beta1, m[i], rest1 * slope);
-    v[i] = math::Fma(beta2, v[i], rest2 * slope * slope);
-    theta[i] = math::Fma(step, m[i] / math::Fma(std::sqrt(v[i]), root_scale, epsilon), theta[i]);
-  }
+  const size_t size = values.size();
+  AtFullWidth([=]() CAIRN_INLINE_LOOP {
+    for (size_t i = 0; i < size; ++i) {
+      const Scalar slope = g[i] * scale;
+      m[i] = math::Fma(beta1, m[i], rest1 * slope);
+      v[i] = math::Fma(beta2, v[i], rest2 * slope * slope);
+      theta[i] = math::Fma(step, m[i] / math::Fma(std::sqrt(v[i]), root_scale, epsilon), theta[i]);
+    }
+  });
 }
 
 template <typename Scalar>
@@ -46,7 +50,10 @@ void Polyak(double tau, std::span<const Scalar> online, std::span<Scalar> target
   const auto rate = static_cast<Scalar>(tau);
   const Scalar* __restrict from = online.data();
   Scalar* __restrict to = target.data();
-  for (size_t i = 0; i < online.size(); ++i) to[i] = math::Fma(rate, from[i] - to[i], to[i]);
+  const size_t size = online.size();
+  AtFullWidth([=]() CAIRN_INLINE_LOOP {
+    for (size_t i = 0; i < size; ++i) to[i] = math::Fma(rate, from[i] - to[i], to[i]);
+  });
 }
 
 template <typename Scalar>

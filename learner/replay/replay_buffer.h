@@ -53,10 +53,11 @@ class ReplayBuffer {
   /// Appends a finished row of row_floats(), as RowOf gave it.
   void AppendRow(const float* row);
 
-  /// Asks for row i to be brought into the second-level cache.
+  /// Asks for row i to be brought into the first-level cache. (On Zen 5 the hint for the second level leaves it in the
+  /// third: a gather of 1024 rows then takes 30 µs instead of 10.)
   void Prefetch(int i) const {
     const float* p = row(i);
-    for (int f = 0; f < row_floats_; f += 16) __builtin_prefetch(p + f, 0, 2);
+    for (int f = 0; f < row_floats_; f += 16) __builtin_prefetch(p + f);
   }
   int action_offset() const { return observation_size_; }
   int reward_offset() const { return observation_size_ + action_size_; }

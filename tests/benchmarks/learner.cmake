@@ -1,6 +1,6 @@
 cairn_add_benchmark(learner
   SOURCES fma_peak.cc learner_benchmark.cc
-  LIBS cairn_learner)
+  LIBS cairn_bus cairn_learner)
 
 # The same updates in libtorch: apt-get install libtorch-dev libopenblas0-pthread libopenblas-dev.
 option(CAIRN_BENCH_TORCH "Compare the learner's updates with libtorch's in cairn-bench-learner" OFF)

@@ -8,14 +8,18 @@
 
 #include <benchmark/benchmark.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "common/bus/codec.h"
+#include "common/bus/frame.h"
 #include "common/core/check.h"
 #include "common/core/random.h"
 #include "common/nn/gemm.h"
@@ -172,17 +176,51 @@ void BM_Update(benchmark::State& state, LearnerConfig::Algorithm kind, int width
   state.SetLabel(label);
 }
 
-/// Segments of ten steps, three-step returns, the quadrotor's sizes, into a full ring of 500,000.
-void BM_Insert(benchmark::State& state) {
-  constexpr int kSteps = 10, kQuadrotorObservations = 27;
-  ReplayBuffer replay(500000, kQuadrotorObservations, kActions, 3, 0.99);
-  std::vector<Segment> segments;
-  for (uint32_t i = 0; i < 64; ++i) segments.push_back(RandomSegment(kSteps, kQuadrotorObservations, kActions, i));
-  for (int i = 0; i < 500000 / kSteps; ++i) replay.Insert(segments[i % segments.size()]);
+/// Memory of this process that is in use [bytes].
+double ResidentBytes() {
+  std::ifstream statm("/proc/self/statm");
+  double total = 0, resident = 0;
+  statm >> total >> resident;
+  return resident * static_cast<double>(::sysconf(_SC_PAGESIZE));
+}
+
+/// What the learner does with experience: frames of eight segments of ten steps of the quadrotor are checked, decoded
+/// and inserted, with three-step returns, into a full ring of 500,000. `insert` alone leaves out frames.
+void BM_Insert(benchmark::State& state, bool decode) {
+  constexpr int kSteps = 10, kSegments = 8, kFrames = 32, kCapacity = 500000, kQuadrotorObservations = 27;
+  const FrameSeal seal(1);
+  std::vector<Bytes> frames;
+  std::vector<Experience> messages(kFrames);
+  for (Experience& message : messages) {
+    message.session = message.sequence = 1;
+    message.observation_size = kQuadrotorObservations;
+    message.action_size = kActions;
+    for (int i = 0; i < kSegments; ++i) {
+      message.segments.push_back(RandomSegment(kSteps, kQuadrotorObservations, kActions,
+                                               static_cast<uint32_t>(frames.size() * kSegments + i)));
+    }
+    frames.push_back(Encode(message));
+    seal.Seal(Plane::kExperience, {1, 1}, &frames.back());
+  }
+  const double before = ResidentBytes();
+  ReplayBuffer replay(kCapacity, kQuadrotorObservations, kActions, 3, 0.99);
+  for (size_t i = 0; replay.num_inserted() < kCapacity; ++i) {
+    for (const Segment& segment : messages[i % kFrames].segments) replay.Insert(segment);
+  }
+  state.counters["replay_mb"] = 1e-6 * (ResidentBytes() - before);
   size_t next = 0;
-  for (auto _ : state) replay.Insert(segments[next++ % segments.size()]);
+  for (auto _ : state) {
+    const size_t i = next++ % kFrames;
+    if (decode) {
+      const auto message = Decode<Experience>(seal.Open(Plane::kExperience, frames[i]).message);
+      CAIRN_CHECK(message.has_value());
+      for (const Segment& segment : message->segments) replay.Insert(segment);
+    } else {
+      for (const Segment& segment : messages[i].segments) replay.Insert(segment);
+    }
+  }
   state.counters["insert_per_s"] =
-      benchmark::Counter(static_cast<double>(state.iterations()) * kSteps, benchmark::Counter::kIsRate);
+      benchmark::Counter(static_cast<double>(state.iterations()) * kSegments * kSteps, benchmark::Counter::kIsRate);
 }
 
 /// One call of Policy::Explore for as many vehicles.
@@ -284,7 +322,8 @@ void RegisterUpdates() {
     }
   }
   benchmark::RegisterBenchmark("pendulum/sac", BM_Pendulum)->UseManualTime()->Unit(benchmark::kMillisecond);
-  benchmark::RegisterBenchmark("replay/insert", BM_Insert);
+  benchmark::RegisterBenchmark("replay/decode_insert", [](benchmark::State& state) { BM_Insert(state, true); });
+  benchmark::RegisterBenchmark("replay/insert", [](benchmark::State& state) { BM_Insert(state, false); });
   benchmark::RegisterBenchmark("inference/64x64", BM_Inference)->Arg(1)->Arg(16)->Arg(64);
 }
 

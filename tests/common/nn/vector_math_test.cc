@@ -8,6 +8,8 @@
 #include <limits>
 #include <vector>
 
+#include "common/nn/full_width.h"
+
 namespace cairn::math {
 namespace {
 
@@ -113,11 +115,11 @@ TEST(VectorMathTest, CosSinAreAccurateOverTheTurn) {
 
 /// A loop that the compiler turns into vector code, over a part of an array that starts and ends anywhere.
 template <typename Function>
-void Apply(Function function, const float* x, int n, float* y) {
+CAIRN_INLINE_LOOP inline void Apply(Function function, const float* x, int n, float* y) {
   for (int i = 0; i < n; ++i) y[i] = function(x[i]);
 }
 
-TEST(VectorMathTest, SameBitsWhereverInAnArray) {
+TEST(VectorMathTest, SameBitsWhereverInAnArrayAndAtFullWidth) {
   std::vector<float> x(203), one(x.size()), many(x.size());
   for (size_t i = 0; i < x.size(); ++i) x[i] = 0.02f + 0.07f * static_cast<float>(i);
   const auto check = [&](auto function) {
@@ -125,6 +127,8 @@ TEST(VectorMathTest, SameBitsWhereverInAnArray) {
     for (int begin = 0; begin < 20; ++begin) {
       for (int n : {1, 7, 8, 31, 64, 183}) {
         Apply(function, &x[begin], n, &many[begin]);
+        ASSERT_EQ(std::memcmp(&one[begin], &many[begin], n * sizeof(float)), 0) << begin << " " << n;
+        AtFullWidth([&]() CAIRN_INLINE_LOOP { Apply(function, &x[begin], n, &many[begin]); });
         ASSERT_EQ(std::memcmp(&one[begin], &many[begin], n * sizeof(float)), 0) << begin << " " << n;
       }
     }

@@ -3,8 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <iterator>
+#include <mutex>
 #include <thread>
+#include <vector>
 
 namespace cairn::learner {
 namespace {
@@ -31,13 +35,31 @@ struct Seen {
   int starts = 0;
 };
 
+/// Writes down which chunks members asked for, by their first sample.
+class RecordingFeeder final : public BatchFeeder {
+ public:
+  void Expect(int first, int /*count*/, bool of_next_batch) override {
+    const std::lock_guard lock(mutex_);
+    (of_next_batch ? expected_next : expected).push_back(first);
+  }
+  void Need(int first, int /*count*/) override {
+    const std::lock_guard lock(mutex_);
+    needed.push_back(first);
+  }
+
+  std::vector<int> needed, expected, expected_next;
+
+ private:
+  std::mutex mutex_;
+};
+
 TEST(ForChunksTest, MembersShareTheChunksInOrder) {
   const Chunks chunks(1000, 64);
   for (int threads : {1, 2, 3}) {
     UpdateTeam team(threads);
     std::vector<Seen> seen(threads);
     BatchFeeder feeder;
-    ForChunks(&team, chunks, &feeder, &seen, [](int first, int, Accumulate accumulate, BatchFeeder*, Seen* member) {
+    ForChunks(&team, chunks, &feeder, &seen, [](int first, int, Accumulate accumulate, Seen* member) {
       member->firsts.push_back(first);
       member->starts += accumulate == Accumulate::kOverwrite ? 1 : 0;
     });
@@ -48,6 +70,23 @@ TEST(ForChunksTest, MembersShareTheChunksInOrder) {
     }
     ASSERT_EQ(static_cast<int>(all.size()), chunks.count());
     for (int c = 0; c < chunks.count(); ++c) EXPECT_EQ(all[c], chunks.first(c));
+  }
+}
+
+TEST(ForChunksTest, AsksForEveryChunkOnceAndAnnouncesTheFollowingOne) {
+  const Chunks chunks(1000, 64);
+  for (int threads : {1, 2, 3}) {
+    UpdateTeam team(threads);
+    std::vector<Seen> seen(threads);
+    RecordingFeeder feeder;
+    ForChunks(&team, chunks, &feeder, &seen, [](int, int, Accumulate, Seen*) {});
+    std::vector<int> all, starts, rest;
+    for (int c = 0; c < chunks.count(); ++c) all.push_back(chunks.first(c));
+    for (int t = 0; t < threads; ++t) starts.push_back(chunks.first(chunks.share_begin(t, threads)));
+    std::set_difference(all.begin(), all.end(), starts.begin(), starts.end(), std::back_inserter(rest));
+    EXPECT_THAT(feeder.needed, testing::UnorderedElementsAreArray(all));
+    EXPECT_THAT(feeder.expected, testing::UnorderedElementsAreArray(rest));
+    EXPECT_THAT(feeder.expected_next, testing::UnorderedElementsAreArray(starts));
   }
 }
 
