@@ -97,17 +97,18 @@ void WheeledCar::Command(const VehicleCommand& command) {
 // What the floor meets of a wheel in this step. Where the motor can, it turns the wheel at its target from now on,
 // whatever the traction: the wheel is part of the body but for its surface's speed. Else the motor pushes with all it
 // has, the wheel turns freely, and traction acts on the body through the axle alone.
-FloorSurface WheeledCar::Drive(Wheel& wheel, double ground_speed, double pitch_rate) const {
+FloorSurface WheeledCar::Drive(Wheel& wheel, bool touches, double ground_speed, double pitch_rate) const {
   const WheeledCarParams& p = params_;
   const double radius = p.wheel_radius, gain = time_step_ / wheel_inertia_;  // [rad/s / N m]
   FloorSurface surface = p.wheel_surface;
   surface.friction *= episode_.friction_factor;
   surface.speed = radius * wheel.target;
-  const double grip = surface.friction * 0.5 * mass_ * p.world.gravity;
+  const double grip = touches ? surface.friction * 0.5 * mass_ * p.world.gravity : 0;
   const double traction = std::clamp(0.5 * mass_ * (surface.speed - ground_speed) / time_step_, -grip, grip);
   wheel.push = (wheel.target - wheel.speed) / gain;
   const double wanted = wheel.push + radius * traction;
-  if (std::abs(wanted) <= p.motor_torque) return surface;
+  wheel.free = std::abs(wanted) > p.motor_torque ? 1 : 0;
+  if (wheel.free == 0) return surface;
   wheel.push = std::copysign(p.motor_torque, wanted);
   surface.speed = radius * (wheel.speed + pitch_rate + gain * wheel.push);
   surface.slip = radius * radius * gain;
@@ -121,7 +122,9 @@ void WheeledCar::Turn(Wheel& wheel, double traction, double pitched) const {
   const double gain = time_step_ / wheel_inertia_, load = params_.wheel_radius * traction;
   const double wanted = (wheel.target - wheel.speed + pitched) / gain + load;
   const double torque = std::clamp(wanted, -params_.motor_torque, params_.motor_torque);
-  wheel.speed += gain * (torque - load) - pitched;
+  const double change = gain * (torque - load) - pitched;
+  wheel.owed = wheel.push - (wheel.free != 0 ? torque : change / gain);
+  wheel.speed += change;
 }
 
 // The friction pyramid turns with the car, so that grip does not depend on the heading in W. Beside what the floor
@@ -142,10 +145,11 @@ void WheeledCar::Step() {
     const double y = 0.5 * kSides[i] * p.track;
     dBodyGetRelPointPos(body_, 0, y, p.wheel_radius - origin_, center);
     dBodyGetRelPointVel(body_, 0, y, -origin_, v);
-    const FloorSurface surface = Drive(wheel, v[0] * along_x + v[1] * along_y, pitch_rate);
+    const bool touches = center[2] <= p.wheel_radius;
+    const FloorSurface surface = Drive(wheel, touches, v[0] * along_x + v[1] * along_y, pitch_rate);
     const dJointID contact = world_.AddFloorContact(body_, center, p.wheel_radius, surface, along_x, along_y);
     if (contact != nullptr) dJointSetFeedback(contact, &floor[i]);
-    pitch -= wheel.push;
+    pitch += wheel.owed - wheel.push;
     roll += surface.height * wheel.side_force;
     spin += wheel_inertia_ * wheel.speed;
   }

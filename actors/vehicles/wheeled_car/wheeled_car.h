@@ -56,11 +56,13 @@ class WheeledCar final : public Vehicle {
   struct Wheel {
     double target = 0;      ///< commanded [rad/s]
     double speed = 0;       ///< about the axle, beside the chassis [rad/s]
-    double push = 0;        ///< torque on the chassis's side that turns it in this step [N m]
+    double push = 0;        ///< torque against the chassis that turns it in this step, as expected [N m]
+    double owed = 0;        ///< of the last step's: what the chassis felt more than what it turned out to be [N m]
     double side_force = 0;  ///< of the floor in the last step, to the left [N]
+    int64_t free = 0;       ///< whether it turns freely in this step; eight bytes wide: no padding in the blob
   };
   void ApplyParameters();
-  FloorSurface Drive(Wheel& wheel, double ground_speed, double pitch_rate) const;
+  FloorSurface Drive(Wheel& wheel, bool touches, double ground_speed, double pitch_rate) const;
   void Turn(Wheel& wheel, double traction, double pitched) const;
 
   WheeledCarParams params_;

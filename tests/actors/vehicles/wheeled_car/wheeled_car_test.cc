@@ -24,7 +24,7 @@ WheeledCar MakeCar(const VehicleConfig& config = {}, double spread = 0) {
 // Drives for a time [s].
 void Drive(Vehicle& car, double seconds) { Advance(car, static_cast<int>(std::lround(seconds * kRate))); }
 
-// Contacts settle within the surface layer, 0.1 mm deep; driven, at its bottom.
+// Contacts settle within the surface layer, 0.1 mm deep, standing and driven: nothing pushes up or down there.
 TEST(WheeledCarTest, RestsOnItsWheels) {
   WheeledCar car = MakeCar();
   Reset(car);
@@ -35,7 +35,8 @@ TEST(WheeledCarTest, RestsOnItsWheels) {
   EXPECT_NEAR(car.motion().x, 0, 1e-5);
   car.Command({0.5, 0.5});
   Drive(car, 3);
-  EXPECT_NEAR(car.chassis_height(), 0.0165 - 1e-4, 2e-5);
+  EXPECT_GE(car.chassis_height(), 0.0165 - 1.1e-4);
+  EXPECT_LE(car.chassis_height(), 0.0165);
 }
 
 TEST(WheeledCarTest, KeepsTheCommandedSpeed) {
@@ -199,7 +200,7 @@ TEST(WheeledCarTest, DrivesLikeThreeBodiesOnTwoHinges) {
   const Apart wild = DriveBeside(car, hinged, 1, 2);
   EXPECT_LE(wild.speed, 0.035);
   EXPECT_LE(wild.yaw_rate, 0.35);
-  EXPECT_NEAR(wild.error, wild.other_error, 0.005);
+  EXPECT_NEAR(wild.error, wild.other_error, 0.001);
   const Apart turning = DriveBeside(car, hinged, 0, 2);
   EXPECT_LE(turning.yaw_rate, 0.002);
 }
