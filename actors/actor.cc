@@ -236,7 +236,7 @@ bool Actor::ReceiveTable() {
   if (auto tables = tables_.Take()) {
     scene_->SetTable(std::make_shared<RoadmapLookup>(tables->positions.dimension,
                                                      std::move(tables->positions.positions), std::move(tables->table),
-                                                     experiment_.planner.r_ball()));
+                                                     experiment_.planner.r_ball(), tables->positions.num_bends));
     has_table_ = true;
     log::Info("cost table {:016x}: longest cost {:.3f} m", control_->table_hash, scene_->d_min_scale());
   }

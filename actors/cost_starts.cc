@@ -8,7 +8,7 @@
 namespace cairn::actors {
 
 CostStarts::CostStarts(const RoadmapLookup& lookup) : dimension_(lookup.dimension()), r_ball_(lookup.r_ball()) {
-  for (int v = 0; v < lookup.num_vertices(); ++v) {
+  for (int v = 0; v < lookup.num_places(); ++v) {
     const float cost = lookup.table().cost[v];
     if (std::isfinite(cost)) vertices_.push_back({cost, lookup.position(v)});
   }

@@ -28,7 +28,8 @@ std::shared_ptr<const RoadmapLookup> GoalTables::Find(const WorldGoal& goal) {
 void GoalTables::Add(const WorldGoal& goal, const Roadmap& positions, CostTable table) {
   std::shared_ptr<const RoadmapLookup> lookup;
   if (!table.cost.empty()) {
-    lookup = std::make_shared<RoadmapLookup>(positions.dimension, positions.positions, std::move(table), r_ball_);
+    lookup = std::make_shared<RoadmapLookup>(positions.dimension, positions.positions, std::move(table), r_ball_,
+                                             positions.num_bends);
   }
   const size_t bytes = lookup == nullptr ? sizeof(goal) : lookup->num_bytes();
   tables_.Insert(goal, std::move(lookup), bytes);

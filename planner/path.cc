@@ -3,6 +3,8 @@
 #include <cmath>
 #include <tuple>
 
+#include "planner/cost_to_go.h"
+
 namespace cairn::planner {
 
 Path PathFrom(const Roadmap& roadmap, const CostTable& table, int vertex) {
@@ -10,6 +12,11 @@ Path PathFrom(const Roadmap& roadmap, const CostTable& table, int vertex) {
   if (!std::isfinite(table.cost[vertex])) return path;
   path.length = table.cost[vertex];
   for (int v = vertex; v >= 0; v = table.next_vertex[v]) path.points.push_back(roadmap.position(v));
+  if (roadmap.taut && path.points.size() > 1) {  // ends where it enters the goal region
+    const Vector3d before = path.points[path.points.size() - 2];
+    Vector3d& last = path.points.back();
+    last = before + ShareOutside(table.goal, roadmap.dimension, before, last) * (last - before);
+  }
   return path;
 }
 

@@ -9,8 +9,9 @@ namespace cairn::planner {
 
 /// A way along the roadmap to the goal region.
 struct Path {
-  std::vector<Vector3d> points;  ///< vertices in order, W [m]; empty when there is no way
-  double length = 0;             ///< [m]
+  std::vector<Vector3d>
+      points;         ///< vertices in order, W [m], the last moved to the goal region's border; empty: no way
+  double length = 0;  ///< [m]
 };
 
 /// The shortest way from a vertex; empty when the goal cannot be reached from it.

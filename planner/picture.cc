@@ -14,6 +14,7 @@
 #include "planner/color_map.h"
 #include "planner/outcome_style.h"
 #include "planner/path.h"
+#include "planner/shown_edges.h"
 
 namespace cairn::planner {
 namespace {
@@ -123,7 +124,7 @@ class Painter {
   // Discs of radius r_ball, dearest first: what stays visible at a point is the cheapest vertex around it, D(s).
   void DrawCostField() {
     if (!table_ || options_.r_ball <= 0) return;
-    std::vector<int> order(table_->cost.size());
+    std::vector<int> order(static_cast<size_t>(roadmap_->num_places()));
     std::iota(order.begin(), order.end(), 0);
     std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return table_->cost[a] > table_->cost[b]; });
     Add("<g clip-path=\"url(#map)\" opacity=\"0.3\">\n");
@@ -304,18 +305,16 @@ class Painter {
     std::array<std::string, kColors + 1> edges, vertices;
     const auto step = [&](double cost) { return std::isfinite(cost) ? ColorStep(cost) : kColors; };
     const auto cost_of = [&](int v) { return table_ ? double{table_->cost[v]} : double{kUnreachable}; };
-    for (int v = 0; v < roadmap_->num_vertices(); ++v) {
+    for (int v = 0; v < roadmap_->num_places(); ++v) {
       const Vector3d p = roadmap_->position(v);
       vertices[step(cost_of(v))] += fmt::format("M{:.1f} {:.1f}h0", X(p.x()), Y(p.y()));
-      for (int e = roadmap_->offsets[v]; e < roadmap_->offsets[v + 1]; ++e) {
-        const int u = roadmap_->neighbors[e];
-        if (u < v) continue;
-        const Vector3d q = roadmap_->position(u);
-        edges[step(0.5 * (cost_of(v) + cost_of(u)))] +=
-            fmt::format("M{:.1f} {:.1f}L{:.1f} {:.1f}", X(p.x()), Y(p.y()), X(q.x()), Y(q.y()));
-      }
     }
-    const double spacing = std::sqrt(options_.width * height_ / std::max(1, roadmap_->num_vertices()));  // [px]
+    ForEachShownEdge(*roadmap_, options_.longest_edge, [&](int v, int u) {
+      const Vector3d p = roadmap_->position(v), q = roadmap_->position(u);
+      edges[step(0.5 * (cost_of(v) + cost_of(u)))] +=
+          fmt::format("M{:.1f} {:.1f}L{:.1f} {:.1f}", X(p.x()), Y(p.y()), X(q.x()), Y(q.y()));
+    });
+    const double spacing = std::sqrt(options_.width * height_ / std::max(1, roadmap_->num_places()));  // [px]
     Add("<g fill=\"none\" stroke-linecap=\"round\" opacity=\"{}\">\n", opacity);
     AddStrokes(edges, std::clamp(0.05 * spacing, 0.4, 1.4));
     AddStrokes(vertices, std::clamp(0.18 * spacing, 1.0, 5.0));

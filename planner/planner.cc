@@ -107,6 +107,7 @@ BuiltRoadmap BuildRoadmap(const World& world, const DistanceField& field, const 
   BuiltRoadmap built{std::move(grown.roadmap), {}};
   built.info.kind = grown.kind;
   built.info.vertices = built.roadmap.num_vertices();
+  built.info.bends = built.roadmap.num_bends;
   built.info.edges = built.roadmap.num_edges();
   built.info.samples = static_cast<int>(grown.samples);
   built.info.coverage = grown.coverage;

@@ -13,7 +13,8 @@ namespace cairn::planner {
 /// What a roadmap build reports.
 struct BuildInfo {
   PlannerConfig::Kind kind = PlannerConfig::Kind::kRrg;
-  int vertices = 0;
+  int vertices = 0;  ///< bends included
+  int bends = 0;     ///< Roadmap::num_bends
   int edges = 0;
   int samples = 0;      ///< drawn
   double coverage = 0;  ///< share of free samples within r_ball of a vertex from which the goal is reached
@@ -47,7 +48,8 @@ BuiltRoadmap BuildRoadmap(const World& world, const DistanceField& field, const 
 std::string SaveRoadmap(const World& world, const PlannerConfig& config, const BuiltRoadmap& built);
 
 /// Multi-source Dijkstra from all vertices in `goal` (paper, Algorithm "Dijkstra's Algorithm for Cost-to-Go
-/// Computation"). Throws UsageError when no vertex lies in the goal region.
+/// Computation"); on a taut roadmap the last leg of a way counts as far as the goal region's border. Throws UsageError
+/// when no vertex lies in the goal region.
 CostTable ComputeCostTable(const Roadmap& roadmap, const World& world, const Box& goal);
 
 }  // namespace cairn::planner

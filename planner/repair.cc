@@ -12,6 +12,12 @@ float LongestEdge(const Roadmap& roadmap) {
   return longest;
 }
 
+// What bounding boxes say: the segment p–q stays farther than `radius` from the box.
+bool Apart(const Box& box, const Vector3d& p, const Vector3d& q, double radius) {
+  return (p.cwiseMin(q).array() > box.max.array() + radius).any() ||
+         (p.cwiseMax(q).array() < box.min.array() - radius).any();
+}
+
 }  // namespace
 
 // An edge that touches a mark has both ends within its length of it, so few vertices are looked at. Both entries of an
@@ -30,6 +36,7 @@ int BlockEdges(const std::vector<Box>& marks, double radius, Roadmap* roadmap) {
         float& length = roadmap->lengths[e];
         if (length == kUnreachable) continue;
         const Vector3d q = roadmap->position(other);
+        if (Apart(mark, p, q, radius)) continue;
         if (SegmentDistance(mark, v < other ? p : q, v < other ? q : p) > radius) continue;
         length = kUnreachable;
         ++cut;

@@ -14,7 +14,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "roadmap files are little-endian");
 
 constexpr std::string_view kMagic = "CAIRNRMP";
-constexpr uint32_t kFormatVersion = 1;
+constexpr uint32_t kFormatVersion = 2;
 constexpr size_t kHeaderBytes = kMagic.size() + sizeof(uint32_t) + sizeof(uint64_t);
 
 template <typename T>
@@ -142,6 +142,8 @@ std::string EncodeRoadmap(const SavedRoadmap& saved) {
   Append(static_cast<int32_t>(saved.kind), &bytes);
   Append(static_cast<int32_t>(roadmap.dimension), &bytes);
   Append(static_cast<int32_t>(roadmap.num_vertices()), &bytes);
+  Append(static_cast<int32_t>(roadmap.num_bends), &bytes);
+  Append(static_cast<int32_t>(roadmap.taut), &bytes);
   Append(static_cast<int64_t>(roadmap.neighbors.size()), &bytes);
   Append(saved.radius, &bytes);
   Append(saved.world_hash, &bytes);
@@ -161,9 +163,11 @@ SavedRoadmap DecodeRoadmap(std::string_view bytes, const std::string& file) {
   SavedRoadmap saved;
   const auto kind = reader.Take<int32_t>();
   const auto dimension = reader.Take<int32_t>(), vertices = reader.Take<int32_t>();
+  const auto bends = reader.Take<int32_t>(), taut = reader.Take<int32_t>();
   const auto steps = reader.Take<int64_t>();
   if (kind < 0 || kind > static_cast<int32_t>(PlannerConfig::Kind::kGrid)) reader.Throw("no kind of planner");
   if (dimension < 2 || dimension > 3 || vertices < 1 || steps < 0) reader.Throw("no roadmap's counts");
+  if (bends < 0 || bends >= vertices || taut < 0 || taut > 1) reader.Throw("no roadmap's counts");
   saved.kind = static_cast<PlannerConfig::Kind>(kind);
   saved.radius = reader.Take<double>();
   saved.world_hash = reader.Take<uint64_t>();
@@ -171,6 +175,8 @@ SavedRoadmap DecodeRoadmap(std::string_view bytes, const std::string& file) {
   if (!(saved.radius > 0 && std::isfinite(saved.radius)) || saved.samples < 0) reader.Throw("no roadmap's numbers");
   Roadmap& roadmap = saved.roadmap;
   roadmap.dimension = dimension;
+  roadmap.num_bends = bends;
+  roadmap.taut = taut == 1;
   reader.TakeArray(static_cast<uint64_t>(vertices) * static_cast<uint64_t>(dimension), &roadmap.positions);
   reader.TakeArray(static_cast<uint64_t>(vertices) + 1, &roadmap.offsets);
   reader.TakeArray(static_cast<uint64_t>(steps), &roadmap.neighbors);

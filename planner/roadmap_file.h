@@ -23,7 +23,7 @@ struct SavedRoadmap {
 uint64_t HashOf(const World& world);
 
 /// Little-endian: "CAIRNRMP", format version u32, body bytes u64, body, CRC32C u32 of all before it. The body: kind,
-/// dimension, vertices i32, 2 E i64, radius f64, world hash u64, samples i64, then the arrays of Roadmap.
+/// dimension, vertices, bends, taut i32, 2 E i64, radius f64, world hash u64, samples i64, then the arrays of Roadmap.
 std::string EncodeRoadmap(const SavedRoadmap& saved);
 
 /// Throws UsageError naming `file`: no roadmap file, another format version, torn, damaged, or a graph that is none.

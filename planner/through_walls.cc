@@ -35,6 +35,7 @@ class Sight {
     for (const int32_t v : Shuffled(roadmap.num_vertices())) {
       tree_.Add(roadmap.position(v));
       cost_.push_back(table.cost[v]);
+      is_bend_.push_back(v >= roadmap.num_places());
     }
   }
 
@@ -43,6 +44,7 @@ class Sight {
     tree_.Within(p, r_ball_, found_);
     int cheapest = -1;
     for (const int32_t v : found_) {
+      if (is_bend_[v]) continue;  // D(s) does not see it
       if (cheapest < 0 || cost_[v] < cost_[cheapest]) cheapest = v;
     }
     if (cheapest < 0 || !std::isfinite(cost_[cheapest]) || Sees(p, cheapest)) return 0;
@@ -64,6 +66,7 @@ class Sight {
   double r_ball_;
   PointTree tree_;
   std::vector<float> cost_;     // by number in the tree
+  std::vector<char> is_bend_;   // by number in the tree
   std::vector<int32_t> found_;  // scratch
 };
 

@@ -23,7 +23,7 @@ ValueMap MapCosts(const World& world, const Roadmap& roadmap, const CostTable& t
   const auto cell = [&](double coordinate, double low, int count) {
     return std::clamp(static_cast<int>((coordinate - low) / map.cell), 0, count - 1);
   };
-  for (int v = 0; v < roadmap.num_vertices(); ++v) {
+  for (int v = 0; v < roadmap.num_places(); ++v) {
     if (!std::isfinite(table.cost[v])) continue;
     const Vector3d p = roadmap.position(v);
     const int row = cell(p.y(), world.bounds.min.y(), map.rows),

@@ -11,12 +11,19 @@ namespace cairn {
 /// Undirected graph of collision-free straight edges, G = (V, E) of the paper. Edges as CSR, each stored both ways.
 struct Roadmap {
   int dimension = 2;
+  /// The last so many vertices stand where ways bend around obstacles. They make costs shorter, and ways lead over
+  /// them; D(s) does not see them, so that they add no drops of D_min to be rewarded.
+  int num_bends = 0;
+  /// Edges are straight ways, not steps of a lattice: what they cost ends where they enter a goal region.
+  bool taut = false;
   std::vector<float> positions;    ///< [V × dimension], W frame [m]
   std::vector<int32_t> offsets;    ///< [V + 1]
   std::vector<int32_t> neighbors;  ///< [2 E]
   std::vector<float> lengths;      ///< [2 E], Euclidean [m]
 
   int num_vertices() const { return static_cast<int>(positions.size()) / dimension; }
+  /// Vertices that D(s) sees: those before the bends.
+  int num_places() const { return num_vertices() - num_bends; }
   int num_edges() const { return static_cast<int>(neighbors.size()) / 2; }
   Vector3d position(int vertex) const;
   /// Content hash of PackPositions: what actors receive; never 0.

@@ -37,18 +37,20 @@ class Reader {
 
 Bytes PackPositions(const Roadmap& roadmap) {
   Bytes blob;
-  const int32_t header[2] = {roadmap.dimension, roadmap.num_vertices()};
-  Put(header, 2, &blob);
+  const int32_t header[3] = {roadmap.dimension, roadmap.num_vertices(), roadmap.num_bends};
+  Put(header, 3, &blob);
   Put(roadmap.positions.data(), roadmap.positions.size(), &blob);
   return blob;
 }
 
 std::optional<Roadmap> UnpackPositions(ByteSpan blob) {
   Reader reader(blob);
-  int32_t header[2];
-  if (!reader.Get(header, 2) || header[0] < 2 || header[0] > 3 || header[1] < 1) return std::nullopt;
+  int32_t header[3];
+  if (!reader.Get(header, 3) || header[0] < 2 || header[0] > 3 || header[1] < 1) return std::nullopt;
+  if (header[2] < 0 || header[2] >= header[1]) return std::nullopt;
   Roadmap roadmap;
   roadmap.dimension = header[0];
+  roadmap.num_bends = header[2];
   const size_t count = static_cast<size_t>(header[0]) * static_cast<size_t>(header[1]);
   if (reader.left() != count * sizeof(float)) return std::nullopt;
   roadmap.positions.resize(count);

@@ -9,9 +9,9 @@ namespace cairn {
 
 // Roadmaps and tables travel as blobs of little-endian numbers, named by the content hash of their bytes.
 
-/// Vertex positions of a roadmap: {dimension i32, vertices i32, positions f32[V × dimension]}.
+/// Vertex positions of a roadmap: {dimension i32, vertices i32, bends i32, positions f32[V × dimension]}.
 Bytes PackPositions(const Roadmap& roadmap);
-/// Only `dimension` and `positions` are filled; nullopt when sizes or numbers are not sound.
+/// Only `dimension`, `num_bends` and `positions` are filled; nullopt when sizes or numbers are not sound.
 std::optional<Roadmap> UnpackPositions(ByteSpan blob);
 
 /// A cost table: {roadmap hash u64, goal f64[6], vertices i32, cost f32[V], next_vertex i32[V], mark reach f32, marks

@@ -16,12 +16,13 @@ constexpr double kMaxCells = 4194304;
 
 // Cells of side 2 r_ball: a ball touches at most four (eight in space), and since each cell lists its vertices cheapest
 // first, D(s) leaves a cell at the first vertex inside the ball or no cheaper than the best so far.
-RoadmapLookup::RoadmapLookup(int dimension, std::vector<float> positions, CostTable table, double r_ball)
+RoadmapLookup::RoadmapLookup(int dimension, std::vector<float> positions, CostTable table, double r_ball, int num_bends)
     : dimension_(dimension),
       positions_(std::move(positions)),
       table_(std::move(table)),
       table_hash_(table_.Hash()),
-      r_ball_(r_ball) {
+      r_ball_(r_ball),
+      num_places_(num_vertices() - num_bends) {
   Check();
   Vector3d low = Vector3d::Zero(), high = Vector3d::Zero();
   for (int v = 0; v < num_vertices(); ++v) {
@@ -57,6 +58,9 @@ void RoadmapLookup::Check() const {
   if (positions_.size() != vertices * static_cast<size_t>(dimension_) || table_.next_vertex.size() != vertices) {
     ThrowError("roadmap lookup: {} coordinates, {} costs and {} next vertices do not fit dimension {}",
                positions_.size(), vertices, table_.next_vertex.size(), dimension_);
+  }
+  if (num_places_ < 0 || num_places_ > num_vertices()) {
+    ThrowError("roadmap lookup: {} vertices without the bends, {} with them", num_places_, num_vertices());
   }
   if (!(r_ball_ > 0 && std::isfinite(r_ball_))) ThrowError("roadmap lookup: r_ball = {} m must be > 0", r_ball_);
   for (const float coordinate : positions_) {
@@ -131,7 +135,8 @@ float RoadmapLookup::CostToGo(const Vector3d& p) const {
   const double limit = r_ball_ * r_ball_;
   ForEachCell(p, r_ball_, [&](const Entry* entry, const Entry* last) {
     for (; entry != last && entry->cost < best; ++entry) {
-      if (SquaredDistance(*entry, p) <= limit && !Cut(p, *entry)) best = entry->cost;
+      if (entry->vertex >= num_places_ || SquaredDistance(*entry, p) > limit || Cut(p, *entry)) continue;
+      best = entry->cost;
     }
   });
   return best;

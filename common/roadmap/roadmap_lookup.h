@@ -10,13 +10,13 @@ namespace cairn {
 /// D(s) of the paper and look-ahead points, over a CSR bucket grid of the vertices. Immutable; any thread.
 class RoadmapLookup {
  public:
-  /// `positions` is [V × dimension]. Throws Error when its size disagrees with the table's, a next_vertex is no vertex,
-  /// a position is not finite, or r_ball ≤ 0.
-  RoadmapLookup(int dimension, std::vector<float> positions, CostTable table, double r_ball);
+  /// `positions` is [V × dimension], the last `num_bends` of them bends (Roadmap::num_bends). Throws Error when its
+  /// size disagrees with the table's, a next_vertex is no vertex, a position is not finite, or r_ball ≤ 0.
+  RoadmapLookup(int dimension, std::vector<float> positions, CostTable table, double r_ball, int num_bends = 0);
 
-  /// D(s): the smallest cost-to-go [m] over vertices within r_ball of p, kUnreachable when there is none. Here and
-  /// below a vertex counts for nothing where the straight line to it nears a mark of the table to less than its reach,
-  /// unless it leads away from it.
+  /// D(s): the smallest cost-to-go [m] over vertices but the bends within r_ball of p, kUnreachable when there is none.
+  /// Here and below a vertex counts for nothing where the straight line to it nears a mark of the table to less than
+  /// its reach, unless it leads away from it.
   float CostToGo(const Vector3d& p) const;
 
   /// Vertex v within 2 r_ball of p that minimises |p − v| + cost(v) among those whose straight line from p keeps
@@ -35,6 +35,8 @@ class RoadmapLookup {
   size_t num_bytes() const;
   Vector3d position(int vertex) const;
   int num_vertices() const { return static_cast<int>(table_.cost.size()); }
+  /// Vertices before the bends.
+  int num_places() const { return num_places_; }
   double r_ball() const { return r_ball_; }
   int dimension() const { return dimension_; }
 
@@ -59,6 +61,7 @@ class RoadmapLookup {
   CostTable table_;
   uint64_t table_hash_;
   double r_ball_;
+  int num_places_;       // vertices before the bends
   double inverse_cell_;  // 1 / side of a cell [1/m]
   Vector3d origin_;
   Eigen::Vector3i cells_;

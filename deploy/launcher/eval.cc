@@ -167,6 +167,7 @@ void WritePicture(const PlannedWorld& planned, const std::string& title, const s
   planner::PictureOptions picture;
   picture.title = title;
   picture.subtitle = subtitle;
+  picture.longest_edge = 2 * planned.r_ball;
   picture.optimal_path = false;
   WriteFileAtomically(file, planner::DrawScene(planned.world, &planned.built.roadmap, &planned.table, drawn, picture));
 }
@@ -176,6 +177,7 @@ void WritePage(const PlannedWorld& planned, const Experiment& experiment, const 
   planner::PageOptions page;
   page.title = title;
   page.subtitle = subtitle;
+  page.longest_edge = 2 * planned.r_ball;
   page.vehicle_radius = experiment.vehicle.inscribed_radius();
   page.step = experiment.environment.control_period;
   page.optimal_path = false;

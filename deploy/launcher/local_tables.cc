@@ -18,8 +18,9 @@ class LocalTables {
     const std::lock_guard lock(mutex_);
     if (const auto* known = kept_.Find(goal)) return *known;
     const Roadmap& roadmap = planner_.Site(goal.world_seed).built.roadmap;
-    auto table = std::make_shared<const RoadmapLookup>(
-        roadmap.dimension, roadmap.positions, planner_.Table(goal.world_seed, goal.box(), goal.marks), r_ball_);
+    auto table = std::make_shared<const RoadmapLookup>(roadmap.dimension, roadmap.positions,
+                                                       planner_.Table(goal.world_seed, goal.box(), goal.marks), r_ball_,
+                                                       roadmap.num_bends);
     const size_t bytes = table->num_bytes();
     return *kept_.Insert(goal, std::move(table), bytes);
   }

@@ -47,6 +47,7 @@ void PrintJson(const PlannedWorld& planned, double path_length) {
   json["goal_reached_from"] = planned.free_share;
   json["kind"] = planner::NameOf(info.kind);
   json["vertices"] = info.vertices;
+  json["bends"] = info.bends;
   json["edges"] = info.edges;
   json["samples"] = info.samples;
   json["coverage"] = info.coverage;
@@ -66,7 +67,8 @@ void PrintText(const PlannedWorld& planned, double path_length) {
   fmt::print("goal          {}, reached from {:.2f} % of free space\n", ToString(world.goal, world.dimension),
              100 * planned.free_share);
   fmt::print("planner       {}\n", planner::NameOf(info.kind));
-  fmt::print("vertices      {}\nedges         {}\ncomponents    {}\n", info.vertices, info.edges, info.components);
+  fmt::print("vertices      {}, {} of them bends\nedges         {}\ncomponents    {}\n", info.vertices, info.bends,
+             info.edges, info.components);
   fmt::print("coverage      {:.4f} of free space within r_ball of a vertex\n", info.coverage);
   fmt::print("optimal path  {:.3f} m from the start region\n", path_length);
   fmt::print("longest cost  {:.3f} m\n", planned.table.max_cost());
@@ -74,7 +76,8 @@ void PrintText(const PlannedWorld& planned, double path_length) {
 }
 
 std::string Subtitle(const planner::BuildInfo& info) {
-  return fmt::format("{} vertices, {} edges, coverage {:.4f}", info.vertices, info.edges, info.coverage);
+  return fmt::format("{} vertices, {} bends, {} edges, coverage {:.4f}", info.vertices - info.bends, info.bends,
+                     info.edges, info.coverage);
 }
 
 // More vertices than this are no lines to look at but a surface.
@@ -96,6 +99,7 @@ void WritePicture(const PlannedWorld& planned, const std::string& name, const st
   if (planned.built.info.vertices > kMaxDrawnVertices) return WriteCostPicture(planned, picture, file);
   picture.r_ball = planned.r_ball;
   picture.door_numbers = true;
+  picture.longest_edge = 2 * planned.r_ball;
   WriteFileAtomically(file, planner::DrawScene(planned.world, &planned.built.roadmap, &planned.table, {}, picture));
 }
 
@@ -138,6 +142,7 @@ void WritePage(const PlannedWorld& planned, const std::string& name, const std::
   page.title = name;
   page.subtitle = Subtitle(planned.built.info);
   page.door_numbers = true;
+  page.longest_edge = 2 * planned.r_ball;
   const bool drawn = planned.built.info.vertices <= kMaxDrawnVertices;
   if (!drawn) page.subtitle += ": too many to draw";
   WriteFileAtomically(file, planner::MakePage(planned.world, drawn ? &planned.built.roadmap : nullptr,

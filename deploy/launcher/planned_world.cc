@@ -8,7 +8,8 @@
 namespace cairn::deploy {
 
 std::shared_ptr<const RoadmapLookup> PlannedWorld::MakeLookup() const {
-  return std::make_shared<RoadmapLookup>(built.roadmap.dimension, built.roadmap.positions, table, r_ball);
+  return std::make_shared<RoadmapLookup>(built.roadmap.dimension, built.roadmap.positions, table, r_ball,
+                                         built.roadmap.num_bends);
 }
 
 PlannedWorld PlanWorld(const Experiment& experiment, const PlannerConfig& planner) {

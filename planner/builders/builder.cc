@@ -6,6 +6,7 @@
 
 #include "common/core/check.h"
 #include "common/core/random.h"
+#include "planner/builders/taut_ways.h"
 
 namespace cairn::planner {
 namespace {
@@ -61,6 +62,8 @@ Grown Grow(const BuildTask& task) {
   if (!task.config.roadmap.empty()) return GrowFromFile(task);
   Grown grown = Build(task);
   grown.kind = task.config.kind;
+  const bool random = grown.kind == PlannerConfig::Kind::kRrg || grown.kind == PlannerConfig::Kind::kPrmStar;
+  if (random) AddTautWays(task.space, task.config.eta, &grown.roadmap);
   return grown;
 }
 

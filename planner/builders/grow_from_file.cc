@@ -33,7 +33,7 @@ Grown GrowFromFile(const BuildTask& task) {
   CheckFits(saved, task);
   const CostTable table = ComputeCostTable(saved.roadmap, task.space.world(), task.space.world().goal);
   Coverage coverage(task.space, config.r_ball(), kCoverageSamples, config.seed);
-  for (int v = 0; v < saved.roadmap.num_vertices(); ++v) {
+  for (int v = 0; v < saved.roadmap.num_places(); ++v) {
     if (std::isfinite(table.cost[v])) coverage.AddVertex(saved.roadmap.position(v));
   }
   if (coverage.share() < config.coverage && !IsPath(saved.kind)) {

@@ -1,6 +1,7 @@
 #include "planner/builders/point_tree.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace cairn::planner {
@@ -51,6 +52,22 @@ int PointTree::Nearest(const Vector3d& p) const {
     }
   }
   return best;
+}
+
+// Goes down p's side first, where a near point is found soon if there is one.
+bool PointTree::AnyNearer(const Vector3d& p, double radius) const {
+  const double limit = radius * radius;
+  stack_.assign(nodes_.empty() ? 0 : 1, 0);
+  while (!stack_.empty()) {
+    const Node& node = nodes_[stack_.back()];
+    stack_.pop_back();
+    if (SquaredDistance(node.point, p) < limit) return true;
+    const double offset = p[node.axis] - node.point[node.axis];
+    const int side = offset < 0 ? 0 : 1;
+    if (node.child[1 - side] >= 0 && std::abs(offset) < radius) stack_.push_back(node.child[1 - side]);
+    if (node.child[side] >= 0) stack_.push_back(node.child[side]);
+  }
+  return false;
 }
 
 void PointTree::Within(const Vector3d& p, double radius, std::vector<int32_t>& found) const {

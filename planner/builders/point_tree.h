@@ -19,6 +19,9 @@ class PointTree {
   /// Number of the nearest point, −1 when there is none.
   int Nearest(const Vector3d& p) const;
 
+  /// Whether a point is nearer to p than `radius` [m]: several times faster than Nearest where one is.
+  bool AnyNearer(const Vector3d& p, double radius) const;
+
   /// Replaces `found` by the numbers of all points within `radius` [m] of p (edge included), ascending.
   void Within(const Vector3d& p, double radius, std::vector<int32_t>& found) const;
 

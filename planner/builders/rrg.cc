@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "common/core/check.h"
+#include "planner/builders/to_roadmap.h"
 #include "planner/collision/free_space.h"
 #include "planner/collision/ompl_space.h"
 #include "planner/cost_to_go.h"
@@ -58,6 +59,7 @@ void Rrg::Grow(ob::State* sample) {
   ++num_samples_;
   if (!sampler_->sample(sample)) return;
   const Vector3d target = ToPosition(sample, dimension_);
+  if (vertices_.AnyNearer(target, min_spacing_)) return;  // the fate of most samples
   const int nearest = vertices_.Nearest(target);
   const Vector3d& from = vertices_.point(nearest);
   // Steering keeps the nearest vertex nearest, so one distance decides on the spacing.
@@ -134,23 +136,7 @@ int Rrg::ConnectPassages(const std::vector<Vector3d>& samples, double jump) {
   return vertices_.size() - before;
 }
 
-Roadmap Rrg::roadmap() const {
-  Roadmap roadmap;
-  roadmap.dimension = dimension_;
-  roadmap.offsets.push_back(0);
-  for (int v = 0; v < vertices_.size(); ++v) {
-    const Vector3d& p = vertices_.point(v);
-    for (int k = 0; k < dimension_; ++k) roadmap.positions.push_back(static_cast<float>(p[k]));
-    std::vector<int32_t> sorted = neighbors_[v];
-    std::sort(sorted.begin(), sorted.end());
-    for (const int32_t other : sorted) {
-      roadmap.neighbors.push_back(other);
-      roadmap.lengths.push_back(static_cast<float>((vertices_.point(other) - p).norm()));
-    }
-    roadmap.offsets.push_back(static_cast<int32_t>(roadmap.neighbors.size()));
-  }
-  return roadmap;
-}
+Roadmap Rrg::roadmap() const { return ToRoadmap(dimension_, vertices_, neighbors_); }
 
 // Adds the shortest path from a root to a vertex that satisfies the problem's goal; false when none does.
 bool Rrg::ReportPath() {

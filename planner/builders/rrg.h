@@ -20,8 +20,7 @@ class Rrg : public ompl::base::Planner {
   explicit Rrg(const ompl::base::SpaceInformationPtr& information);
 
   /// Steering step and radius of Near [m], > 0. Karaman and Frazzoli's radius is min(γ (log n / n)^(1/d), η), and at
-  /// the densities that min_spacing allows the ball is the larger one: η. Measured in the car maze at spacing 0.05 m:
-  /// costs are 10–14 % long, 7–10 % with a radius of 2 η (two and a half times the edges), 4–6 % at spacing 0.025 m.
+  /// the densities that min_spacing allows the ball is the larger one: η. Costs become taut afterwards (taut_ways.h).
   void SetEta(double eta) { eta_ = eta; }
   /// A new vertex nearer than this [m] to an existing one is not added (0: all are).
   void SetMinSpacing(double min_spacing) { min_spacing_ = min_spacing; }

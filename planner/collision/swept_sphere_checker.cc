@@ -1,119 +1,44 @@
 #include "planner/collision/swept_sphere_checker.h"
 
-#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
-#include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/cylinder.h>
-#include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/collision.h>
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
-#include <vector>
+#include <memory>
 
 #include "common/core/check.h"
-#include "planner/collision/obstacle_buckets.h"
+#include "planner/collision/segment_distance.h"
 
 namespace cairn::planner {
 namespace {
 
-using Object = fcl::CollisionObject<double>;
-using Geometry = std::shared_ptr<fcl::CollisionGeometry<double>>;
-
-Object MakeObject(Geometry geometry, const Vector3d& center, const Eigen::Matrix3d& rotation) {
-  return Object(std::move(geometry), rotation, center);  // computes its bounding box here, once
-}
-
-// Called for each obstacle whose bounding box overlaps; true ends the query.
-bool Touches(Object* a, Object* b, void* hit) {
+// Whether a cylinder touches the sphere swept from a to b.
+bool Touches(const Cylinder& c, double radius, const Vector3d& a, const Vector3d& b) {
+  using Object = fcl::CollisionObject<double>;  // computes its bounding box when it is made
+  const Eigen::Matrix3d upright = Eigen::Matrix3d::Identity();
+  const Object cylinder(std::make_shared<fcl::Cylinder<double>>(c.radius, c.height), upright,
+                        c.base + Vector3d(0, 0, 0.5 * c.height));
+  const auto rotation =
+      a == b ? upright : Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), b - a).toRotationMatrix();
+  const Object capsule(std::make_shared<fcl::Capsule<double>>(radius, (b - a).norm()), rotation, 0.5 * (a + b));
   fcl::CollisionRequest<double> request;  // yes or no, no contact points
   fcl::CollisionResult<double> result;
-  fcl::collide(a, b, request, result);
-  *static_cast<bool*>(hit) = result.isCollision();
-  return result.isCollision();
-}
-
-// In the plane everything stands astride z = 0, where the sphere moves, and is taller than the sphere: the nearest
-// point of an obstacle then is the plane's.
-Object MakeObstacle(const World& world, size_t obstacle, double radius) {
-  const bool plane = world.dimension == 2;
-  const double tall = 4 * radius;
-  const auto object = [&](Geometry geometry, Vector3d center) {
-    if (plane) center.z() = 0;
-    return MakeObject(std::move(geometry), center, Eigen::Matrix3d::Identity());
-  };
-  if (obstacle < world.boxes.size()) {
-    const Box& box = world.boxes[obstacle];
-    const Vector3d size = box.size();
-    return object(std::make_shared<fcl::Box<double>>(size.x(), size.y(), plane ? tall : size.z()), box.center());
-  }
-  const Cylinder& c = world.cylinders[obstacle - world.boxes.size()];
-  return object(std::make_shared<fcl::Cylinder<double>>(c.radius, plane ? tall : c.height),
-                c.base + Vector3d(0, 0, 0.5 * c.height));
+  return fcl::collide(&capsule, &cylinder, request, result) > 0;
 }
 
 }  // namespace
 
-struct SweptSphereChecker::Fcl {
-  virtual ~Fcl() = default;
-  virtual bool Free(Object object) = 0;
-};
-
-// All obstacles in a tree.
-struct SweptSphereChecker::Tree : SweptSphereChecker::Fcl {
-  std::vector<Object> objects;
-  fcl::DynamicAABBTreeCollisionManager<double> manager;
-
-  Tree(const World& world, double radius) {
-    const size_t count = world.boxes.size() + world.cylinders.size();
-    objects.reserve(count);
-    for (size_t i = 0; i < count; ++i) objects.push_back(MakeObstacle(world, i, radius));
-    for (Object& object : objects) manager.registerObject(&object);
-    manager.setup();
-  }
-
-  bool Free(Object object) override {
-    bool hit = false;
-    manager.collide(&object, &hit, &Touches);
-    return !hit;
-  }
-};
-
-// Obstacles of an imported map, made when they are asked for.
-struct SweptSphereChecker::Buckets : SweptSphereChecker::Fcl {
-  World world;
-  double radius;
-  ObstacleBuckets buckets;
-
-  Buckets(const World& own, double own_radius) : world(own), radius(own_radius), buckets(world) {}
-
-  bool Free(Object object) override {
-    const Box box{object.getAABB().min_, object.getAABB().max_};
-    return !buckets.AnyNear(box, [&](int obstacle) {
-      Object other = MakeObstacle(world, static_cast<size_t>(obstacle), radius);
-      bool hit = false;
-      return Touches(&object, &other, &hit);
-    });
-  }
-};
-
 SweptSphereChecker::SweptSphereChecker(const World& world, double radius, const DistanceField* field)
-    : dimension_(world.dimension), radius_(radius), bounds_(world.bounds), field_(field), fcl_(MakeFcl(world, radius)) {
+    : world_(world), radius_(radius), field_(field), buckets_(world_) {
   CAIRN_CHECK(radius > 0, "radius {}", radius);
 }
 
-std::unique_ptr<SweptSphereChecker::Fcl> SweptSphereChecker::MakeFcl(const World& world, double radius) {
-  if (world.imported) return std::make_unique<Buckets>(world, radius);
-  return std::make_unique<Tree>(world, radius);
-}
-
-SweptSphereChecker::~SweptSphereChecker() = default;
-
 // The bounds are convex, so the ends of a motion decide for all of it. NaN is outside.
 bool SweptSphereChecker::InBounds(const Vector3d& p) const {
-  for (int k = 0; k < dimension_; ++k) {
-    if (!(p[k] > bounds_.min[k] + radius_ && p[k] < bounds_.max[k] - radius_)) return false;
+  for (int k = 0; k < world_.dimension; ++k) {
+    if (!(p[k] > world_.bounds.min[k] + radius_ && p[k] < world_.bounds.max[k] - radius_)) return false;
   }
   return true;
 }
@@ -135,22 +60,31 @@ SweptSphereChecker::Proof SweptSphereChecker::Trace(const Vector3d& a, const Vec
   }
 }
 
-bool SweptSphereChecker::Free(const Vector3d& p) const {
-  if (!InBounds(p)) return false;
-  const Proof proof = Trace(p, p);
-  if (proof != Proof::kNone) return proof == Proof::kFree;
-  return fcl_->Free(MakeObject(std::make_shared<fcl::Sphere<double>>(radius_), p, Eigen::Matrix3d::Identity()));
+// By the exact distance between the segment and each box near it. In the plane z is 0 everywhere.
+bool SweptSphereChecker::TouchesAny(Vector3d a, Vector3d b) const {
+  const bool plane = world_.dimension == 2;
+  if (plane) a.z() = b.z() = 0;
+  const Box reach{a.cwiseMin(b).array() - radius_, a.cwiseMax(b).array() + radius_};
+  return buckets_.AnyNear(reach, [&](int obstacle) {
+    const auto number = static_cast<size_t>(obstacle);
+    if (number < world_.boxes.size()) {
+      Box box = world_.boxes[number];
+      if (plane) box.min.z() = box.max.z() = 0;
+      return SegmentDistance(box, a, b) <= radius_;
+    }
+    const Cylinder& c = world_.cylinders[number - world_.boxes.size()];
+    if (!plane) return Touches(c, radius_, a, b);
+    const Vector3d center(c.base.x(), c.base.y(), 0);
+    return SegmentDistance({center, center}, a, b) <= radius_ + c.radius;
+  });
 }
 
+bool SweptSphereChecker::Free(const Vector3d& p) const { return MotionFree(p, p); }
+
 bool SweptSphereChecker::MotionFree(const Vector3d& a, const Vector3d& b) const {
-  if (a == b) return Free(a);
   if (!InBounds(a) || !InBounds(b)) return false;
   const Proof proof = Trace(a, b);
-  if (proof != Proof::kNone) return proof == Proof::kFree;
-  const Vector3d ab = b - a;
-  const auto capsule = std::make_shared<fcl::Capsule<double>>(radius_, ab.norm());
-  const auto rotation = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), ab);
-  return fcl_->Free(MakeObject(capsule, 0.5 * (a + b), rotation.toRotationMatrix()));
+  return proof == Proof::kNone ? !TouchesAny(a, b) : proof == Proof::kFree;
 }
 
 }  // namespace cairn::planner

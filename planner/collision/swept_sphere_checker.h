@@ -1,20 +1,23 @@
 #pragma once
 
-#include <memory>
-
 #include "common/world/distance_field.h"
 #include "common/world/world.h"
+#include "planner/collision/obstacle_buckets.h"
 
 namespace cairn::planner {
 
 /// Exact collision test of a sphere (a disc in the plane) that moves along straight lines among a world's obstacles;
-/// the bounds are obstacles too. FCL decides: the swept sphere is a capsule. A distance field, when given, answers
-/// first where it can prove the answer, which changes nothing but the time. One thread at a time.
+/// the bounds are obstacles too. Boxes are decided by their distance to the line, cylinders in space by FCL, for which
+/// the swept sphere is a capsule. A distance field, when given, answers first where it can prove the answer, which
+/// changes nothing but the time. Const and without scratch: any thread.
+///
+/// FCL decided on boxes, too, once: 2 µs a motion, and 20 to 40 where it grazes many walls, as taut ways do.
 class SweptSphereChecker {
  public:
   /// `radius` [m] > 0. `field`, if any, must be of the same world and outlive the checker.
   SweptSphereChecker(const World& world, double radius, const DistanceField* field = nullptr);
-  ~SweptSphereChecker();
+  SweptSphereChecker(const SweptSphereChecker&) = delete;  // its buckets borrow its world
+  SweptSphereChecker& operator=(const SweptSphereChecker&) = delete;
 
   /// True when the sphere centred at p touches nothing; false for non-finite p.
   bool Free(const Vector3d& p) const;
@@ -26,19 +29,15 @@ class SweptSphereChecker {
 
  private:
   enum class Proof { kFree, kHit, kNone };
-  struct Fcl;
-  struct Tree;
-  struct Buckets;
 
-  static std::unique_ptr<Fcl> MakeFcl(const World& world, double radius);
   Proof Trace(const Vector3d& a, const Vector3d& b) const;
   bool InBounds(const Vector3d& p) const;
+  bool TouchesAny(Vector3d a, Vector3d b) const;
 
-  int dimension_;
+  World world_;
   double radius_;
-  Box bounds_;
   const DistanceField* field_;
-  std::unique_ptr<Fcl> fcl_;
+  ObstacleBuckets buckets_;  // of world_
 };
 
 }  // namespace cairn::planner

@@ -12,6 +12,7 @@
 #include "planner/outcome_style.h"
 #include "planner/page/files.h"
 #include "planner/path.h"
+#include "planner/shown_edges.h"
 
 namespace cairn::planner {
 namespace {
@@ -93,17 +94,16 @@ Json WorldJson(const World& world, const PageOptions& options) {
 }
 
 // Costs are -1 where the goal cannot be reached and left out without a table.
-Json RoadmapJson(const Roadmap& roadmap, const CostTable* table) {
+Json RoadmapJson(const Roadmap& roadmap, const CostTable* table, double longest_edge) {
   Json vertices = Json::array(), edges = Json::array(), costs = Json::array();
-  for (int v = 0; v < roadmap.num_vertices(); ++v) {
+  for (int v = 0; v < roadmap.num_places(); ++v) {
     Append(roadmap.position(v), &vertices);
     if (table) costs.push_back(std::isfinite(table->cost[v]) ? Round(table->cost[v]) : -1);
-    for (int e = roadmap.offsets[v]; e < roadmap.offsets[v + 1]; ++e) {
-      if (roadmap.neighbors[e] < v) continue;
-      edges.push_back(v);
-      edges.push_back(roadmap.neighbors[e]);
-    }
   }
+  ForEachShownEdge(roadmap, longest_edge, [&](int v, int u) {
+    edges.push_back(v);
+    edges.push_back(u);
+  });
   Json out = {{"vertices", std::move(vertices)}, {"edges", std::move(edges)}};
   if (!table) return out;
   out["costs"] = std::move(costs);
@@ -164,8 +164,13 @@ std::string MakePage(const World& world, const Roadmap* roadmap, const CostTable
   if (roadmap && table && static_cast<int>(table->cost.size()) != roadmap->num_vertices()) {
     ThrowError("page: cost table of {} vertices, roadmap of {}", table->cost.size(), roadmap->num_vertices());
   }
+<<<<<<< HEAD
   Json data = {{"title", options.title}, {"subtitle", options.subtitle}, {"world", WorldJson(world, options)}};
   if (roadmap) data["roadmap"] = RoadmapJson(*roadmap, table);
+=======
+  Json data = {{"title", options.title}, {"subtitle", options.subtitle}, {"world", WorldJson(world, options.regions)}};
+  if (roadmap) data["roadmap"] = RoadmapJson(*roadmap, table, options.longest_edge);
+>>>>>>> 1c16066 ([planner] Taut ways: costs near those of any direction)
   if (roadmap && table && options.optimal_path) data["path"] = PathJson(OptimalPath(world, *roadmap, *table));
   data["trajectories"] = TrajectoriesJson(trajectories);
   data["vehicleRadius"] = Round(options.vehicle_radius);

@@ -17,10 +17,17 @@
 #include "common/world/reachability.h"
 #include "planner/collision/swept_sphere_checker.h"
 #include "planner/planner.h"
+#include "planner/repair.h"
 #include "planner/roadmap_service.h"
+#include "tests/planner/cost_error.h"
+#include "tests/planner/cost_worlds.h"
 
 namespace cairn {
 namespace {
+
+using planner::CostWorld;
+using planner::RecipeWorld;
+using planner::RoomsFloor;
 
 constexpr double kInscribed = 0.025;  // of the paper's car [m]
 constexpr size_t kQueries = 4096;     // a power of two
@@ -55,7 +62,8 @@ RoadmapLookup MakeLookup(int spacing_mm) {
   const Maze& maze = SharedMaze();
   const planner::BuiltRoadmap built = planner::BuildRoadmap(maze.world, maze.field, Config(spacing_mm), kInscribed);
   return RoadmapLookup(2, built.roadmap.positions,
-                       planner::ComputeCostTable(built.roadmap, maze.world, maze.world.goal), 0.05);
+                       planner::ComputeCostTable(built.roadmap, maze.world, maze.world.goal), 0.05,
+                       built.roadmap.num_bends);
 }
 
 void WorldField(benchmark::State& state) {
@@ -157,6 +165,106 @@ void Table(benchmark::State& state) {
 }
 BENCHMARK(Table)->Name("planner/cost_table/spacing_mm")->Arg(50)->Arg(10)->Unit(benchmark::kMillisecond);
 
+// The recipes' worlds at default density: how much longer ways along the roadmap are than the shortest ones.
+CostWorld MakeScene(int64_t number) {
+  if (number == 0) return RoomsFloor(3);
+  return number > 0 ? RecipeWorld("car_maze.textproto", static_cast<int>(number))
+                    : RecipeWorld("quadrotor_maze.textproto", static_cast<int>(-number));
+}
+
+void CostErrors(benchmark::State& state) {
+  const CostWorld scene = MakeScene(state.range(0));
+  planner::BuiltRoadmap built;
+  planner::CostError error;
+  for (auto _ : state) {
+    built = scene.Build();
+    error = planner::MeasureCosts(scene, built.roadmap, 400);
+  }
+  state.counters["mean_error"] = error.mean;
+  state.counters["largest_error"] = error.largest;
+  state.counters["smallest_error"] = error.smallest;
+  state.counters["build_s"] = built.info.build_s;
+  state.counters["V"] = built.info.vertices;
+  state.counters["bends"] = built.info.bends;
+  state.counters["E"] = built.info.edges;
+}
+BENCHMARK(CostErrors)
+    ->Name("planner/cost_error/car_maze_seed")
+    ->Arg(1)
+    ->Arg(2)
+    ->Arg(11)
+    ->Arg(12)
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(CostErrors)->Name("planner/cost_error/floor")->Arg(0)->Iterations(1)->Unit(benchmark::kMillisecond);
+BENCHMARK(CostErrors)
+    ->Name("planner/cost_error/cube_minus_seed")
+    ->Arg(-1)
+    ->Arg(-21)
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
+
+void ThroughWalls(benchmark::State& state) {
+  const CostWorld scene = MakeScene(state.range(0));
+  const Roadmap roadmap = scene.Build().roadmap;
+  int read = 0, finite = 0;
+  for (auto _ : state) read = planner::CountReadThroughWalls(scene, roadmap, 100000, &finite);
+  state.counters["read_through_walls"] = read;
+  state.counters["finite"] = finite;
+}
+BENCHMARK(ThroughWalls)
+    ->Name("planner/through_walls_of_100000/scene")
+    ->Arg(1)
+    ->Arg(0)
+    ->Arg(-1)
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
+
+// Mazes so large that their roadmaps have about 8,000 vertices at default density; dimension as argument.
+struct Large {
+  CostWorld scene;
+  Roadmap roadmap;
+
+  explicit Large(int64_t dimension) {
+    scene = dimension == 2 ? RecipeWorld("car_maze.textproto", 1, {"world.cells=33"})
+                           : RecipeWorld("quadrotor_maze.textproto", 1, {"world.floors=5", "world.rooms=5"});
+    roadmap = scene.Build().roadmap;
+  }
+  void Count(benchmark::State& state) const {
+    state.counters["V"] = roadmap.num_vertices();
+    state.counters["bends"] = roadmap.num_bends;
+    state.counters["E"] = roadmap.num_edges();
+  }
+};
+
+void LargeTable(benchmark::State& state) {
+  const Large large(state.range(0));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(planner::ComputeCostTable(large.roadmap, large.scene.world, large.scene.world.goal));
+  }
+  large.Count(state);
+}
+BENCHMARK(LargeTable)->Name("planner/table_of_8000/dimension")->Arg(2)->Arg(3)->Unit(benchmark::kMillisecond);
+
+// An unknown obstacle of the size of a door is marked, its edges are cut, the goal's table is computed anew.
+void Repair(benchmark::State& state) {
+  const Large large(state.range(0));
+  const World& world = large.scene.world;
+  const Vector3d middle = world.bounds.center();
+  const std::vector<Box> marks{{middle, middle + 0.14 * Vector3d::Ones()}};
+  int cut = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    Roadmap blocked = large.roadmap;
+    state.ResumeTiming();
+    cut = planner::BlockEdges(marks, large.scene.config.radius, &blocked);
+    benchmark::DoNotOptimize(planner::ComputeCostTable(blocked, world, world.goal));
+  }
+  large.Count(state);
+  state.counters["cut"] = cut;
+}
+BENCHMARK(Repair)->Name("planner/repair_of_8000/dimension")->Arg(2)->Arg(3)->Unit(benchmark::kMillisecond);
+
 void CostToGo(benchmark::State& state) {
   const RoadmapLookup lookup = MakeLookup(static_cast<int>(state.range(0)));
   const Maze& maze = SharedMaze();
@@ -171,7 +279,7 @@ void CostToGoBruteForce(benchmark::State& state) {
   const RoadmapLookup lookup = MakeLookup(static_cast<int>(state.range(0)));
   const Maze& maze = SharedMaze();
   std::vector<float> x, y;
-  for (int v = 0; v < lookup.num_vertices(); ++v) {
+  for (int v = 0; v < lookup.num_vertices(); ++v) {  // bends too: they are what the lookup has to skip
     x.push_back(static_cast<float>(lookup.position(v).x()));
     y.push_back(static_cast<float>(lookup.position(v).y()));
   }

@@ -91,6 +91,40 @@ TEST(CostTableTest, SourcesAreTheVerticesInTheGoalRegion) {
   }
 }
 
+// 0 —— 1 —— 2 along x = 0, 1, 2, and 3 at (1, 1) with edges to 0 and 2; the goal is x ≥ 1.75.
+Roadmap Ladder() {
+  Roadmap roadmap;
+  roadmap.positions = {0, 0, 1, 0, 2, 0, 1, 1};
+  roadmap.offsets = {0, 2, 4, 6, 8};
+  roadmap.neighbors = {1, 3, 0, 2, 1, 3, 0, 2};
+  const auto diagonal = static_cast<float>(std::sqrt(2.0));
+  roadmap.lengths = {1, diagonal, 1, 1, 1, diagonal, diagonal, diagonal};
+  return roadmap;
+}
+
+TEST(CostTableTest, WaysOfATautRoadmapEndAtTheGoalsBorder) {
+  Roadmap roadmap = Ladder();
+  World world;
+  const Box goal{Vector3d(1.75, -1, 0), Vector3d(3, 1, 0)};
+  EXPECT_EQ(ComputeCostTable(roadmap, world, goal).cost, (std::vector<float>{2, 1, 0, roadmap.lengths[1]}));
+  roadmap.taut = true;
+  const CostTable table = ComputeCostTable(roadmap, world, goal);
+  EXPECT_EQ(table.next_vertex, (std::vector<int32_t>{1, 2, -1, 2}));
+  EXPECT_FLOAT_EQ(table.cost[0], 1.75f);
+  EXPECT_FLOAT_EQ(table.cost[1], 0.75f);
+  EXPECT_EQ(table.cost[2], 0);
+  EXPECT_FLOAT_EQ(table.cost[3], 0.75f * roadmap.lengths[1]);
+}
+
+TEST(ShareOutsideTest, IsWhereTheSegmentEntersTheBox) {
+  const Box box{Vector3d(1, 1, 1), Vector3d(2, 2, 2)};
+  const Vector3d inside(1.5, 1.5, 1.5);
+  EXPECT_EQ(ShareOutside(box, 3, Vector3d(1.2, 1.9, 1), inside), 0);
+  EXPECT_DOUBLE_EQ(ShareOutside(box, 3, Vector3d(0.5, 1.5, 1.5), inside), 0.5);
+  EXPECT_DOUBLE_EQ(ShareOutside(box, 3, Vector3d(0.5, 1.5, 3.5), inside), 0.75);
+  EXPECT_DOUBLE_EQ(ShareOutside(box, 2, Vector3d(0.5, 1.5, 3.5), inside), 0.5);
+}
+
 TEST(CostTableTest, RefusesAGoalWithoutVertices) {
   const Roadmap roadmap = RandomGraph(5, 200, 400);
   World world;

@@ -29,6 +29,15 @@ TEST(PathTest, FollowsTheTableToTheGoal) {
   EXPECT_TRUE(PathFrom(line.roadmap, line.table, 3).points.empty());
 }
 
+TEST(PathTest, OfATautRoadmapEndsAtTheGoalsBorder) {
+  Line line;
+  line.table.goal = {Vector3d(-1, -1, 0), Vector3d(0.25, 1, 0)};
+  EXPECT_EQ(PathFrom(line.roadmap, line.table, 2).points.back(), Vector3d(0, 0, 0));
+  line.roadmap.taut = true;
+  EXPECT_EQ(PathFrom(line.roadmap, line.table, 2).points.back(), Vector3d(0.25, 0, 0));
+  EXPECT_EQ(PathFrom(line.roadmap, line.table, 0).points.back(), Vector3d(0, 0, 0));
+}
+
 TEST(PathTest, StartsAtTheVertexNearestToTheStartsCentre) {
   Line line;
   EXPECT_EQ(OptimalPath(line.world, line.roadmap, line.table).points.front(), Vector3d(2, 0, 0));

@@ -93,7 +93,7 @@ class Browser:
 
 
 def check(browser, page, image, expected):
-    """`expected`: what data-drawn must say, without its frame."""
+    """`expected`: what data-drawn must say, without its frame; of the edges not all are drawn."""
     probed = page.with_name("probed.html")
     text = page.read_text(encoding="utf-8")
     probed.write_text(text.replace("</body>", PROBE + "</body>"), encoding="utf-8")
@@ -102,6 +102,8 @@ def check(browser, page, image, expected):
     expect({"drawn", "probe"} <= set(attributes), f"{page.name}: nothing drawn", attributes)
     drawn, probe = json.loads(attributes["drawn"]), json.loads(attributes["probe"])
     frame = drawn.pop("frame")
+    expect(drawn["vertices"] < drawn["edges"] < expected["edges"], f"{page.name}: edges", drawn, expected)
+    expected = {**expected, "edges": drawn["edges"]}
     expect(drawn == expected, f"{page.name}: drawn, expected", drawn, expected)
     # What went through the renderer: 12 triangles a box, the vertices as points, the edges among other lines.
     expect(frame["triangles"] >= 12 * drawn["boxes"], f"{page.name}: triangles", frame, drawn)
@@ -120,8 +122,13 @@ def plan_page(cairn, experiment, page):
     """Writes the page of an experiment; returns what it must have drawn."""
     out = run([cairn, "plan", experiment, "--html", page])
     number = lambda pattern: int(re.search(pattern, out).group(1))
+<<<<<<< HEAD
     return {"boxes": number(r"(\d+) obstacles"), "cylinders": 0, "vertices": number(r"vertices +(\d+)"),
             "edges": number(r"edges +(\d+)"), "doors": number(r"doors +(\d+)"), "trajectories": {}}
+=======
+    return {"boxes": number(r"(\d+) obstacles"), "cylinders": 0, "vertices": number(r"vertices +(\d+)") - number(r"(\d+) of them bends"),
+            "edges": number(r"edges +(\d+)"), "trajectories": {}}
+>>>>>>> 1c16066 ([planner] Taut ways: costs near those of any direction)
 
 
 def eval_page(cairn, run_dir, page, planned):

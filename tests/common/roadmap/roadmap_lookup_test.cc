@@ -90,6 +90,18 @@ TEST(RoadmapEntryTest, PrefersTheShortestPathInSight) {
   EXPECT_EQ(lookup.EntryVertex(p, field, 0.055), 1);  // vertex 2 lies 0.054 m from the wall's end
 }
 
+TEST(RoadmapEntryTest, WaysBeginAtBendsButCostsAreNotReadThere) {
+  const Walled w;
+  const DistanceField field(w.world, 0.005);
+  const RoadmapLookup lookup(2, w.cloud.positions, w.cloud.table, 0.15, 1);  // vertex 2 is a bend
+  const Vector3d p(1.1, 0.5, 0);
+  EXPECT_EQ(w.Lookup(0.15).CostToGo(p), 2.9f);
+  EXPECT_EQ(lookup.CostToGo(p), 3);
+  EXPECT_EQ(lookup.EntryVertex(p, field, 0.01), 2);
+  EXPECT_THROW(RoadmapLookup(2, w.cloud.positions, w.cloud.table, 0.15, 4), Error);
+  EXPECT_THROW(RoadmapLookup(2, w.cloud.positions, w.cloud.table, 0.15, -1), Error);
+}
+
 TEST(RoadmapEntryTest, FallsBackToNoClearanceAndThenToTheNearest) {
   const Walled w;
   const DistanceField field(w.world, 0.005);

@@ -31,6 +31,7 @@ TEST(RoadmapTest, CountsFollowFromTheArrays) {
   const Roadmap roadmap = Square();
   EXPECT_EQ(roadmap.num_vertices(), 4);
   EXPECT_EQ(roadmap.num_edges(), 1);
+  EXPECT_EQ(roadmap.num_places(), 4);
   EXPECT_EQ(roadmap.position(2), Vector3d(1, 1, 0));
 }
 
@@ -45,6 +46,9 @@ TEST(RoadmapTest, HashDependsOnDimensionAndEveryPosition) {
   }
   Roadmap other = roadmap;
   other.dimension = 3;
+  EXPECT_NE(other.Hash(), roadmap.Hash());
+  other = roadmap;
+  other.num_bends = 1;
   EXPECT_NE(other.Hash(), roadmap.Hash());
   other = roadmap;
   other.lengths[0] = 2;
@@ -76,6 +80,13 @@ TEST(RoadmapBlobTest, RoundTripsAndRefusesDamage) {
   const auto positions = UnpackPositions(PackPositions(roadmap));
   ASSERT_TRUE(positions);
   EXPECT_EQ(positions->positions, roadmap.positions);
+  EXPECT_EQ(positions->num_bends, 0);
+  for (const int bends : {-1, 1, 2}) {  // of two vertices one at most
+    roadmap.num_bends = bends;
+    const auto bent = UnpackPositions(PackPositions(roadmap));
+    ASSERT_EQ(bent.has_value(), bends == 1);
+    if (bent) EXPECT_EQ(bent->num_bends, 1);
+  }
   CostTable table;
   table.roadmap_hash = 5;
   table.goal.max = Vector3d(1, 2, 3);

@@ -25,6 +25,9 @@ TEST_P(PointTreeTest, AgreesWithVisitingAllPoints) {
       if (squared <= 0.2 * 0.2) within.push_back(k);
     }
     ASSERT_EQ(tree.Nearest(query), nearest);
+    const double distance = nearest < 0 ? 1 : (points[nearest] - query).norm();
+    ASSERT_FALSE(tree.AnyNearer(query, 0.999 * distance));
+    ASSERT_EQ(tree.AnyNearer(query, 1.001 * distance), nearest >= 0 && distance > 0);
     tree.Within(query, 0.2, found);
     ASSERT_EQ(found, within);
     // Some points repeat others or share a coordinate.

@@ -49,19 +49,6 @@ TEST_P(SweptSphereCheckerTest, MotionsAgreeWithSampledDistances) {
   EXPECT_GT(hit, 300);
 }
 
-// Imported maps keep their obstacles in buckets instead of a tree.
-TEST_P(SweptSphereCheckerTest, ImportedWorldsGetTheSameAnswers) {
-  World imported = TwoRooms(GetParam());
-  imported.imported = true;
-  const SweptSphereChecker buckets(imported, kRadius), tree(TwoRooms(GetParam()), kRadius);
-  RandomStream random(4, RandomPurpose::kTest);
-  for (int i = 0; i < 10000; ++i) {
-    const Vector3d a = DrawIn(imported, random), b = a + 0.4 * (DrawIn(imported, random) - a);
-    ASSERT_EQ(buckets.MotionFree(a, b), tree.MotionFree(a, b)) << a.transpose() << " to " << b.transpose();
-    ASSERT_EQ(buckets.Free(a), tree.Free(a)) << a.transpose();
-  }
-}
-
 TEST_P(SweptSphereCheckerTest, TheFieldChangesNoAnswer) {
   const World world = TwoRooms(GetParam());
   const DistanceField field(world, 0.01);
