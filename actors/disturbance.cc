@@ -8,7 +8,10 @@ namespace cairn::actors {
 HeldDisturbance::HeldDisturbance(const EnvironmentConfig& config, const VehicleConfig& vehicle)
     : num_commands_(vehicle.action_size()),
       hold_steps_(std::max<int64_t>(1, std::llround(config.disturbance_hold * config.physics_rate_hz))),
-      random_(0, RandomPurpose::kDisturbance) {
+      slip_(config.slip),
+      steers_(vehicle.kind == VehicleConfig::Kind::kAckermann),
+      random_(0, RandomPurpose::kDisturbance),
+      slip_random_(0, RandomPurpose::kSlip) {
   effects_.fill({true, config.speed_disturbance});
   double turn = config.yaw_rate_disturbance;
   // tan(steering) = yaw rate · wheel base / speed
@@ -16,15 +19,22 @@ HeldDisturbance::HeldDisturbance(const EnvironmentConfig& config, const VehicleC
   if (vehicle.turns()) effects_[static_cast<size_t>(num_commands_ - 1)] = {false, turn};
 }
 
-void HeldDisturbance::Reset(const RandomStream& random) {
+void HeldDisturbance::Reset(const RandomStream& random, const RandomStream& slip) {
   random_ = random;
+  slip_random_ = slip;
   noise_.fill(0);
+  kept_.fill(1);
 }
 
 bool HeldDisturbance::Advance(int64_t step) {
   if (step % hold_steps_ != 0) return false;
   const auto last = effects_.begin() + num_commands_;
-  if (std::all_of(effects_.begin(), last, [](const Effect& effect) { return effect.gain == 0; })) return false;
+  if (slip_ == 0 && std::all_of(effects_.begin(), last, [](const Effect& effect) { return effect.gain == 0; })) {
+    return false;
+  }
+  for (int i = 0; slip_ > 0 && i < num_commands_ - (steers_ ? 1 : 0); ++i) {
+    kept_[i] = 1 - slip_ * slip_random_.Uniform();
+  }
   for (int i = 0; i < num_commands_; ++i) noise_[i] = effects_[i].gain * random_.Normal();
   return true;
 }
@@ -33,6 +43,7 @@ VehicleCommand HeldDisturbance::Apply(const VehicleCommand& command) const {
   VehicleCommand disturbed = command;
   for (int i = 0; i < num_commands_; ++i) {
     disturbed[i] = effects_[i].relative ? command[i] * (1 + noise_[i]) : command[i] + noise_[i];
+    if (slip_ > 0) disturbed[i] *= kept_[i];
   }
   return disturbed;
 }
@@ -40,6 +51,8 @@ VehicleCommand HeldDisturbance::Apply(const VehicleCommand& command) const {
 void HeldDisturbance::Write(BlobWriter& blob) const {
   blob.Put(random_.position());
   blob.Put(noise_);
+  blob.Put(slip_random_.position());
+  blob.Put(kept_);
 }
 
 void HeldDisturbance::Read(BlobReader& blob) {
@@ -47,6 +60,9 @@ void HeldDisturbance::Read(BlobReader& blob) {
   blob.Get(position);
   blob.Get(noise_);
   random_.SetPosition(position);
+  blob.Get(position);
+  blob.Get(kept_);
+  slip_random_.SetPosition(position);
 }
 
 }  // namespace cairn::actors

@@ -2,16 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "actors/blob.h"
 #include "actors/command.h"
+#include "actors/command_delay.h"
 #include "actors/contact_test.h"
 #include "actors/disturbance.h"
 #include "actors/episode_meter.h"
 #include "actors/episode_streams.h"
+#include "actors/localization.h"
 #include "actors/observation.h"
+#include "actors/persons.h"
 #include "actors/rewards/reward.h"
+#include "actors/safety/safety_filter.h"
 #include "common/core/check.h"
 #include "common/core/log.h"
 
@@ -27,13 +32,13 @@ bool IsFinite(const Motion& m) {
 void WriteResult(const EpisodeResult& r, BlobWriter& blob) {
   blob.Put(r.set), blob.Put(r.vehicle), blob.Put(r.episode), blob.Put(r.steps), blob.Put(r.outcome);
   blob.Put(r.policy_version), blob.Put(r.episode_return), blob.Put(r.duration), blob.Put(r.path_length);
-  blob.Put(r.shortest_length), blob.Put(r.min_clearance), blob.Put(r.mean_jerk);
+  blob.Put(r.shortest_length), blob.Put(r.min_clearance), blob.Put(r.mean_jerk), blob.Put(r.filtered_steps);
 }
 
 void ReadResult(EpisodeResult& r, BlobReader& blob) {
   blob.Get(r.set), blob.Get(r.vehicle), blob.Get(r.episode), blob.Get(r.steps), blob.Get(r.outcome);
   blob.Get(r.policy_version), blob.Get(r.episode_return), blob.Get(r.duration), blob.Get(r.path_length);
-  blob.Get(r.shortest_length), blob.Get(r.min_clearance), blob.Get(r.mean_jerk);
+  blob.Get(r.shortest_length), blob.Get(r.min_clearance), blob.Get(r.mean_jerk), blob.Get(r.filtered_steps);
 }
 
 }  // namespace
@@ -44,36 +49,52 @@ struct Environment::State {
         vehicle(MakeVehicle(s.experiment().vehicle, s.experiment().environment)),
         builder(s),
         reward(MakeReward(s.experiment())),
-        contact(s),
+        persons(s),
+        contact(s, s.experiment().world.persons > 0 ? &persons : nullptr),
         meter(s, contact),
         disturbance(s.experiment().environment, s.experiment().vehicle),
-        observation_noise(0, RandomPurpose::kObservationNoise),
-        delay(static_cast<size_t>(s.experiment().environment.action_delay_steps)) {}
+        delay(s.experiment(), s.control_physics_steps()),
+        localization(s.experiment()) {
+    if (s.braking() != nullptr) filter.emplace(s, s.braking());
+  }
 
   void StartStreams(const EpisodeResult& episode);
   void Place(const EpisodeResult& episode, const Pose& start, int step_limit);
-  VehicleCommand Delay(int step, const VehicleCommand& command);
-  bool Drive(const VehicleCommand& command, StepEvent& event);
+  bool Drive(int step, StepEvent& event);
+  VehicleCommand Filter(const VehicleCommand& command);
   bool StepPhysics();
   StepEvent FindEvent();
   Vector3d position() const { return {n.motion.x, n.motion.y, n.motion.z}; }
-  float Distance() const { return reward->Distance(scene, position()); }
+  float Distance(const Vector3d& p) const { return reward->Distance(scene, p); }
   float ShortestLength(float distance) const;
+
+  // Looks of the observation have even numbers, those of the filter odd ones.
+  RangeFinder Look(bool of_filter) const {
+    return {scene, &persons, range_noise, 2 * static_cast<uint64_t>(n.physics_steps) + (of_filter ? 1 : 0)};
+  }
 
   const Scene& scene;
   std::unique_ptr<Vehicle> vehicle;
   ObservationBuilder builder;
   std::unique_ptr<Reward> reward;
+  Persons persons;
   ContactTest contact;
   EpisodeMeter meter;
   HeldDisturbance disturbance;
-  RandomStream observation_noise;     // position set per step, so that observing twice gives the same
-  std::vector<VehicleCommand> delay;  // ring of commands on their way, slot = step mod size
+  CommandDelay delay;
+  Localization localization;
+  std::optional<SafetyFilter> filter;
+  // Positions are set where they are used, so that observing twice gives the same.
+  RandomStream observation_noise{0, RandomPurpose::kObservationNoise};
+  RandomStream range_noise{0, RandomPurpose::kRanges};
   // All eight bytes wide: no padding in the blob.
   struct Numbers {
-    Motion motion;     // the last finite one
-    double d_min = 0;  // a float's value
+    Motion motion;              // the last finite one
+    double d_min = 0;           // a float's value
+    double believed_d_min = 0;  // a float's value: D_min of the places where the vehicle believed to be
     double episode_return = 0;
+    double footprint_scale = 1;
+    int64_t filters = 0;  // whether the filter works in this episode
     int64_t physics_steps = 0;
     int64_t step_limit = 0;
   } n;
@@ -81,36 +102,64 @@ struct Environment::State {
 
 void Environment::State::StartStreams(const EpisodeResult& episode) {
   const uint64_t seed = scene.experiment().seed;
-  disturbance.Reset(EpisodeStream(seed, episode, NoiseUse::kDisturbance));
+  disturbance.Reset(EpisodeStream(seed, episode, NoiseUse::kDisturbance),
+                    EpisodeStream(seed, episode, NoiseUse::kSlip));
   observation_noise = EpisodeStream(seed, episode, NoiseUse::kObservation);
+  range_noise = EpisodeStream(seed, episode, NoiseUse::kRanges);
+  localization.Reset(EpisodeStream(seed, episode, NoiseUse::kLocalization));
 }
 
 void Environment::State::Place(const EpisodeResult& episode, const Pose& start, int step_limit) {
-  RandomStream parameters = EpisodeStream(scene.experiment().seed, episode, NoiseUse::kParameters);
+  const Experiment& experiment = scene.experiment();
+  const bool evaluates = episode.set != StartSet::kTraining;
+  RandomStream parameters = EpisodeStream(experiment.seed, episode, NoiseUse::kParameters);
   vehicle->Reset(start, parameters);
   n = Numbers{};
   n.motion = {start.x, start.y, start.z, start.yaw, 0, 0, 0, 0};
   n.step_limit = step_limit;
-  n.d_min = Distance();
+  n.d_min = n.believed_d_min = Distance(position());
+  n.filters = experiment.safety.filter == SafetyConfig::Filter::kAlways ||
+              (evaluates && experiment.safety.filter == SafetyConfig::Filter::kEvaluation);
+  delay.Reset(parameters);
+  const double spread = experiment.environment.footprint_spread;
+  n.footprint_scale =
+      experiment.environment.footprint_scale * (spread > 0 ? parameters.Uniform(1 - spread, 1 + spread) : 1);
+  contact.SetScale(n.footprint_scale);
+  persons.Reset(position(), evaluates || experiment.world.persons_when == WorldConfig::BlockedWhen::kAlways,
+                EpisodeStream(experiment.seed, episode, NoiseUse::kPersons));
   meter.Reset(n.motion);
-  std::fill(delay.begin(), delay.end(), RestCommand(scene.experiment().vehicle));
 }
 
-// Hands out the command of action_delay_steps ago; before the first one arrives the vehicle is told to stand still.
-VehicleCommand Environment::State::Delay(int step, const VehicleCommand& command) {
-  if (delay.empty()) return command;
-  return std::exchange(delay[static_cast<size_t>(step) % delay.size()], command);
+VehicleCommand Environment::State::Filter(const VehicleCommand& command) {
+  RangeFinder ranges = Look(true);
+  return filter->Apply(command, n.motion, contact.CenterDistance(n.motion), ranges);
 }
 
-// One control step; false when the state is no longer finite. The first event ends it.
-bool Environment::State::Drive(const VehicleCommand& command, StepEvent& event) {
+// Control step `step`, whose command has been pushed; false when the state is no longer finite. The first event ends
+// it.
+bool Environment::State::Drive(int step, StepEvent& event) {
   const int steps = scene.control_physics_steps();
+  VehicleCommand command{};
+  int in_force = -2;
+  bool filtered = false;
   for (int i = 0; i < steps && event == StepEvent::kNone; ++i) {
-    const bool new_hold = disturbance.Advance(n.physics_steps);
-    if (i == 0 || new_hold) vehicle->Command(disturbance.Apply(command));
+    bool changes = disturbance.Advance(n.physics_steps);
+    const bool arrives = delay.InForce(step, i) != in_force;
+    const bool looks = n.filters != 0 && n.physics_steps % filter->period() == 0;
+    if (i == 0 || arrives || looks) {
+      in_force = delay.InForce(step, i);
+      command = delay.command(in_force);
+      if (n.filters != 0) {
+        command = Filter(command);
+        filtered = filtered || filter->changed();
+      }
+      changes = true;
+    }
+    if (changes) vehicle->Command(disturbance.Apply(command));
     if (!StepPhysics()) return false;
     event = FindEvent();
   }
+  if (filtered) meter.AddFilteredStep();
   if (event == StepEvent::kNone) meter.AddControlStep(n.motion);
   return true;
 }
@@ -126,6 +175,7 @@ bool Environment::State::StepPhysics() {
   const Motion next = vehicle->motion();
   if (!IsFinite(next)) return false;
   n.motion = next;
+  if (!persons.empty()) persons.Walk(1 / scene.experiment().environment.physics_rate_hz, position());
   return true;
 }
 
@@ -191,7 +241,9 @@ void Environment::Start(const EpisodeResult& next, const Pose& start, int step_l
 }
 
 void Environment::Observe(float* observation) const {
-  state_->builder.Build(state_->n.motion, d_min(), observation);
+  RangeFinder ranges = state_->Look(false);
+  state_->builder.Build(state_->n.motion, believed_pose(), static_cast<float>(state_->n.believed_d_min), ranges,
+                        observation);
   const double noise = scene_->experiment().environment.observation_noise;
   if (noise == 0) return;
   const int size = state_->builder.size();
@@ -206,17 +258,24 @@ StepResult Environment::Step(const float* action) {
   StepEvent event = StepEvent::kNone;
   const VehicleConfig& vehicle = scene_->experiment().vehicle;
   const bool finite = std::all_of(action, action + vehicle.action_size(), [](float a) { return std::isfinite(a); }) &&
-                      state_->Drive(state_->Delay(episode_.steps, ToCommand(vehicle, action)), event);
+                      Drive(action, event);
   ++episode_.steps;
+  state_->localization.Advance(episode_.steps);
   return finite ? Finish(event) : Diverge();
+}
+
+bool Environment::Drive(const float* action, StepEvent& event) {
+  state_->delay.Push(episode_.steps, ToCommand(scene_->experiment().vehicle, action));
+  return state_->Drive(episode_.steps, event);
 }
 
 StepResult Environment::Finish(StepEvent event) {
   State& s = *state_;
-  const float distance = s.Distance();
+  const float distance = s.Distance(s.position());
   StepResult result;
   result.reward = s.reward->Evaluate(event, d_min(), distance);
   s.n.d_min = std::min<double>(s.n.d_min, distance);
+  s.n.believed_d_min = std::min<double>(s.n.believed_d_min, BelievedDistance(distance));
   s.n.episode_return += result.reward;
   if (event != StepEvent::kNone) {
     episode_.outcome = event == StepEvent::kGoal ? Outcome::kGoal : Outcome::kCollision;
@@ -228,6 +287,13 @@ StepResult Environment::Finish(StepEvent event) {
   episode_.episode_return = static_cast<float>(s.n.episode_return);
   s.meter.Fill(episode_);
   return result;
+}
+
+// `distance` is D where the vehicle is.
+float Environment::BelievedDistance(float distance) const {
+  if (!state_->localization.active()) return distance;
+  const Pose pose = believed_pose();
+  return state_->Distance({pose.x, pose.y, pose.z});
 }
 
 StepResult Environment::Diverge() {
@@ -242,9 +308,17 @@ const Motion& Environment::motion() const { return state_->n.motion; }
 
 float Environment::d_min() const { return static_cast<float>(state_->n.d_min); }
 
+Pose Environment::believed_pose() const { return state_->localization.Believe(pose(), episode_.steps); }
+
+RangeFinder Environment::Look() const { return state_->Look(false); }
+
+const std::vector<Cylinder>& Environment::persons() const { return state_->persons.bodies(); }
+
 void Environment::SetTable(std::shared_ptr<const RoadmapLookup> lookup) {
   scene_->SetTable(std::move(lookup));
-  state_->n.d_min = state_->Distance();
+  const float distance = state_->Distance(state_->position());
+  state_->n.d_min = distance;
+  state_->n.believed_d_min = BelievedDistance(distance);
 }
 
 Findings Environment::FindSurprises() const {
@@ -261,7 +335,9 @@ std::string Environment::Save() const {
   blob.Put(state_->n);
   state_->meter.Write(blob);
   state_->disturbance.Write(blob);
-  for (const VehicleCommand& command : state_->delay) blob.Put(command);
+  state_->delay.Write(blob);
+  state_->localization.Write(blob);
+  state_->persons.Write(blob);
   blob.PutBytes(state_->vehicle->Save());
   return blob.Take();
 }
@@ -273,7 +349,10 @@ void Environment::Load(const std::string& bytes) {
   blob.Get(state_->n);
   state_->meter.Read(blob);
   state_->disturbance.Read(blob);
-  for (VehicleCommand& command : state_->delay) blob.Get(command);
+  state_->delay.Read(blob);
+  state_->localization.Read(blob);
+  state_->persons.Read(blob);
+  state_->contact.SetScale(state_->n.footprint_scale);
   state_->vehicle->Load(blob.GetBytes());
   blob.Finish();
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "actors/range_finder.h"
 #include "actors/rewards/reward.h"
 #include "actors/scene.h"
 #include "actors/surprise_finder.h"
@@ -59,6 +60,12 @@ class Environment {
   Pose pose() const;
   const Motion& motion() const;
   const Scene& scene() const { return *scene_; }
+  /// Where the vehicle takes itself to be (observation.pose_noise); pose() without such noise.
+  Pose believed_pose() const;
+  /// The look around that the observation has, once more.
+  RangeFinder Look() const;
+  /// Where people stand now.
+  const std::vector<Cylinder>& persons() const;
   /// D_min of the current episode under the reward's D [m], kUnreachable while no D was finite.
   float d_min() const;
 
@@ -76,6 +83,8 @@ class Environment {
  private:
   struct State;
   void Start(const EpisodeResult& next, const Pose& start, int step_limit);
+  bool Drive(const float* action, StepEvent& event);
+  float BelievedDistance(float distance) const;
   StepResult Finish(StepEvent event);
   StepResult Diverge();
 

@@ -17,7 +17,6 @@ constexpr double kClearanceRateHz = 60;
 EpisodeMeter::EpisodeMeter(const Scene& scene, const ContactTest& contact)
     : scene_(scene),
       contact_(contact),
-      circumscribed_radius_(scene.experiment().vehicle.circumscribed_radius()),
       time_step_(1.0 / scene.experiment().environment.physics_rate_hz),
       control_period_(scene.control_physics_steps() * time_step_),
       clearance_stride_(
@@ -28,8 +27,8 @@ void EpisodeMeter::Reset(const Motion& start) {
   numbers_.x = start.x;
   numbers_.y = start.y;
   numbers_.z = start.z;
-  numbers_.min_clearance = FootprintClearance(scene_.field(), start.pose(), contact_.footprint(),
-                                              contact_.CenterDistance(start), std::numeric_limits<double>::infinity());
+  numbers_.min_clearance = std::numeric_limits<double>::infinity();
+  MeasureClearance(start, contact_.CenterDistance(start));
 }
 
 void EpisodeMeter::AddPhysicsStep(const Motion& motion, double center_distance) {
@@ -45,9 +44,10 @@ void EpisodeMeter::AddPhysicsStep(const Motion& motion, double center_distance) 
 
 void EpisodeMeter::MeasureClearance(const Motion& motion, double center_distance) {
   Numbers& n = numbers_;
-  if (center_distance - circumscribed_radius_ >= n.min_clearance) return;
+  if (center_distance - contact_.footprint().circumscribed_radius() >= n.min_clearance) return;
   n.min_clearance =
       FootprintClearance(scene_.field(), motion.pose(), contact_.footprint(), center_distance, n.min_clearance);
+  n.min_clearance = contact_.PersonClearance(motion, n.min_clearance);
 }
 
 // Jerk by second differences of the velocity in W: |v_k − 2 v_{k−1} + v_{k−2}| / period², from the second step on.
@@ -72,6 +72,7 @@ void EpisodeMeter::Fill(EpisodeResult& result) const {
   result.min_clearance = static_cast<float>(n.min_clearance);
   result.mean_jerk =
       n.control_steps >= 2 ? static_cast<float>(n.jerk_sum / static_cast<double>(n.control_steps - 1)) : 0;
+  result.filtered_steps = static_cast<int32_t>(n.filtered_steps);
   result.duration = static_cast<float>(static_cast<double>(n.physics_steps) * time_step_);
 }
 

@@ -25,10 +25,13 @@ class EpisodeMeter {
   /// After a whole control step; one that an event cut short has no jerk of its own.
   void AddControlStep(const Motion& motion);
 
+  /// The safety filter changed a command in this control step.
+  void AddFilteredStep() { ++numbers_.filtered_steps; }
+
   /// Touching an obstacle is clearance 0.
   void SetContact() { numbers_.min_clearance = 0; }
 
-  /// Writes path_length, min_clearance, mean_jerk and duration.
+  /// Writes path_length, min_clearance, mean_jerk, filtered_steps and duration.
   void Fill(EpisodeResult& result) const;
 
   void Write(BlobWriter& blob) const { blob.Put(numbers_); }
@@ -37,7 +40,6 @@ class EpisodeMeter {
  private:
   const Scene& scene_;
   const ContactTest& contact_;
-  double circumscribed_radius_;
   double time_step_;
   double control_period_;
   int64_t clearance_stride_;  // physics steps between two looks at the clearance
@@ -50,6 +52,7 @@ class EpisodeMeter {
     double jerk_sum = 0;
     int64_t control_steps = 0;
     int64_t physics_steps = 0;
+    int64_t filtered_steps = 0;
   } numbers_;
 };
 

@@ -6,7 +6,24 @@
 namespace cairn::actors {
 
 /// What an environment draws random numbers for within an episode.
-enum class NoiseUse : uint32_t { kDisturbance = 0, kObservation = 1, kParameters = 2 };
+enum class NoiseUse : uint32_t {
+  kDisturbance = 0,
+  kObservation = 1,
+  kParameters = 2,
+  kLocalization = 3,
+  kRanges = 4,
+  kSlip = 5,
+  kPersons = 6
+};
+
+/// The purpose of training episodes' streams.
+constexpr RandomPurpose TrainingPurpose(NoiseUse use) {
+  constexpr RandomPurpose kPurposes[] = {RandomPurpose::kDisturbance, RandomPurpose::kObservationNoise,
+                                         RandomPurpose::kParameters,  RandomPurpose::kLocalization,
+                                         RandomPurpose::kRanges,      RandomPurpose::kSlip,
+                                         RandomPurpose::kPersons};
+  return kPurposes[static_cast<size_t>(use)];
+}
 
 /// The stream of an episode, named by its set, vehicle (or start) and episode (or evaluation), never by the process
 /// that runs it. Training: (seed, vehicle, purpose, episode). Evaluation has a purpose of its own, whose index packs
@@ -18,10 +35,7 @@ inline RandomStream EpisodeStream(uint64_t seed, const EpisodeResult& episode, N
     const uint32_t packed = index | static_cast<uint32_t>(episode.set) << 20 | static_cast<uint32_t>(use) << 24;
     return {seed, RandomPurpose::kEvaluation, packed, sub};
   }
-  const RandomPurpose purpose = use == NoiseUse::kDisturbance   ? RandomPurpose::kDisturbance
-                                : use == NoiseUse::kObservation ? RandomPurpose::kObservationNoise
-                                                                : RandomPurpose::kParameters;
-  return {seed, purpose, index, sub};
+  return {seed, TrainingPurpose(use), index, sub};
 }
 
 }  // namespace cairn::actors

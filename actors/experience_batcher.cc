@@ -12,7 +12,7 @@ namespace {
 constexpr int kHeaderBytes = 80;
 constexpr int kSegmentBytes = 4 * 4 + 1 + 2 * 8;
 constexpr int kStateBytes = 4 * 4 + 8;
-constexpr int kEpisodeBytes = 2 + 3 * 4 + 8 + 6 * 4;
+constexpr int kEpisodeBytes = 2 + 4 * 4 + 8 + 6 * 4;
 
 // Steps [first, first + n) of a segment; only the last piece keeps its end.
 Segment Piece(const Segment& s, int first, int n, size_t observation_size, size_t action_size) {

@@ -50,26 +50,32 @@ ObservationBuilder::ObservationBuilder(const Scene& scene)
       size_(ObservationSize(scene.experiment())) {}
 
 void ObservationBuilder::Build(const Motion& motion, float d_min, float* out) const {
-  if (config_.position) out = Position(motion, out);
-  if (config_.heading && vehicle_.turns()) out = Heading(motion, out);
-  if (config_.velocity) out = Velocity(motion, out);
-  if (config_.d_min) out = DMin(d_min, out);
-  if (config_.look_ahead) out = LookAhead(motion, out);
-  if (config_.rays) Rays(motion, out);
+  RangeFinder ranges(scene_);
+  Build(motion, motion.pose(), d_min, ranges, out);
 }
 
-float* ObservationBuilder::Position(const Motion& motion, float* out) const {
+void ObservationBuilder::Build(const Motion& motion, const Pose& believed, float d_min, RangeFinder& ranges,
+                               float* out) const {
+  if (config_.position) out = Position(believed, out);
+  if (config_.heading && vehicle_.turns()) out = Heading(believed, out);
+  if (config_.velocity) out = Velocity(motion, out);
+  if (config_.d_min) out = DMin(d_min, out);
+  if (config_.look_ahead) out = LookAhead(believed, out);
+  if (config_.rays) Rays(motion, ranges, out);
+}
+
+float* ObservationBuilder::Position(const Pose& pose, float* out) const {
   const Box& bounds = scene_.world().bounds;
-  const Vector3d p(motion.x, motion.y, motion.z);
+  const Vector3d p(pose.x, pose.y, pose.z);
   for (int k = 0; k < vehicle_.dimension(); ++k) {
     *out++ = static_cast<float>(2 * (p[k] - bounds.min[k]) / bounds.size()[k] - 1);
   }
   return out;
 }
 
-float* ObservationBuilder::Heading(const Motion& motion, float* out) const {
-  *out++ = static_cast<float>(std::cos(motion.yaw));
-  *out++ = static_cast<float>(std::sin(motion.yaw));
+float* ObservationBuilder::Heading(const Pose& pose, float* out) const {
+  *out++ = static_cast<float>(std::cos(pose.yaw));
+  *out++ = static_cast<float>(std::sin(pose.yaw));
   return out;
 }
 
@@ -88,11 +94,11 @@ float* ObservationBuilder::DMin(float d_min, float* out) const {
 }
 
 // (PointAlong(p, entry, L) − p) in the body frame over L, for L = near and far; 0 where no vertex leads to the goal.
-float* ObservationBuilder::LookAhead(const Motion& motion, float* out) const {
-  const Vector3d p(motion.x, motion.y, motion.z);
+float* ObservationBuilder::LookAhead(const Pose& pose, float* out) const {
+  const Vector3d p(pose.x, pose.y, pose.z);
   const RoadmapLookup& lookup = scene_.lookup();
   const int entry = lookup.EntryVertex(p, scene_.known_field(), config_.look_ahead_clearance);
-  const double c = std::cos(motion.yaw), s = std::sin(motion.yaw);
+  const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
   for (const double length : {config_.look_ahead_near, config_.look_ahead_far}) {
     const Vector3d gap = entry < 0 ? Vector3d::Zero() : Vector3d(lookup.PointAlong(p, entry, length) - p);
     const Vector3d ahead = ToBody(gap, c, s);
@@ -104,15 +110,13 @@ float* ObservationBuilder::LookAhead(const Motion& motion, float* out) const {
 // 1 − 2 exp(−(range − radius) / ray_scale): −1 where an obstacle touches the footprint's circle, towards 1 far away.
 // A wall beside a long vehicle stands inside that circle without a collision: entries go below −1 there, down to what
 // the inscribed radius gives.
-float* ObservationBuilder::Rays(const Motion& motion, float* out) const {
+float* ObservationBuilder::Rays(const Motion& motion, RangeFinder& ranges, float* out) const {
   const double c = std::cos(motion.yaw), s = std::sin(motion.yaw);
   const double x = motion.x + c * vehicle_.scan.mount_x, y = motion.y + s * vehicle_.scan.mount_x;
   const double max_range = vehicle_.scan.range;
   for (const Vector3d& beam : beams_) {
     const double dx = c * beam.x() - s * beam.y(), dy = s * beam.x() + c * beam.y();
-    const double range = vehicle_.dimension() == 2
-                             ? scene_.obstacles().CastRay(x, y, dx, dy, max_range)
-                             : scene_.space_obstacles().CastRay({x, y, motion.z}, {dx, dy, beam.z()}, max_range);
+    const double range = ranges.Range({x, y, motion.z}, {dx, dy, beam.z()}, max_range);
     const double gap = std::max(range, nearest_ray_) - radius_;
     *out++ = static_cast<float>(1 - 2 * std::exp(-gap / config_.ray_scale));
   }

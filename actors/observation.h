@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "actors/motion.h"
+#include "actors/range_finder.h"
 #include "actors/scene.h"
 
 namespace cairn::actors {
@@ -19,16 +20,20 @@ class ObservationBuilder {
   /// Number of floats that Build writes.
   int size() const { return size_; }
 
-  /// Writes the noise-free observation of a finite motion; `d_min` [m].
+  /// Writes the observation of a finite motion by a vehicle that takes `believed` for its pose and sees `ranges`;
+  /// `d_min` [m].
+  void Build(const Motion& motion, const Pose& believed, float d_min, RangeFinder& ranges, float* out) const;
+
+  /// The same without noise and people.
   void Build(const Motion& motion, float d_min, float* out) const;
 
  private:
-  float* Position(const Motion& motion, float* out) const;
-  float* Heading(const Motion& motion, float* out) const;
+  float* Position(const Pose& pose, float* out) const;
+  float* Heading(const Pose& pose, float* out) const;
   float* Velocity(const Motion& motion, float* out) const;
   float* DMin(float d_min, float* out) const;
-  float* LookAhead(const Motion& motion, float* out) const;
-  float* Rays(const Motion& motion, float* out) const;
+  float* LookAhead(const Pose& pose, float* out) const;
+  float* Rays(const Motion& motion, RangeFinder& ranges, float* out) const;
 
   const Scene& scene_;
   const ObservationConfig& config_;

@@ -49,12 +49,16 @@ Scene::Scene(Experiment experiment)
       control_physics_steps_(ControlPhysicsSteps(experiment_.environment)),
       footprint_(MakeFootprint(experiment_.vehicle)) {
   const WorldVariants variants = MakeWorldVariants(experiment_);
-  const double reach = 1.01 * footprint_.circumscribed_radius();
+  const double reach =
+      1.01 * footprint_.circumscribed_radius() * std::max(1.0, experiment_.environment.largest_footprint());
   const auto make = [&](const World& world) { return std::make_shared<const Site>(world, experiment_, reach); };
   site_ = make(variants.training);
   goal_ = site_->world.goal;
   known_site_ = variants.same ? site_ : make(variants.known);
   evaluation_site_ = variants.same ? site_ : make(variants.evaluation);
+  if (experiment_.safety.filter != SafetyConfig::Filter::kOff) {
+    braking_ = std::make_shared<const BrakingTable>(experiment_);
+  }
 }
 
 Scene::Site::Site(const World& w, const Experiment& experiment, double reach)
@@ -162,7 +166,8 @@ Pose Scene::DrawStartIn(RandomStream& random, const Box& region) const {
 
 template <typename DrawPoint>
 Pose Scene::DrawStart(RandomStream& random, const Box& region, const DrawPoint& draw_point) const {
-  const double clearance = experiment_.vehicle.circumscribed_radius() * (1 + kStartMargin);
+  const double clearance = experiment_.vehicle.circumscribed_radius() *
+                           std::max(1.0, experiment_.environment.largest_footprint()) * (1 + kStartMargin);
   for (int draw = 0; draw < kMaxDraws; ++draw) {
     const Vector3d p = draw_point();
     if (world().Contains(goal_, p) || field().Distance(p) < clearance || !site_->reachability.Reaches(p)) continue;

@@ -5,6 +5,7 @@
 
 #include "actors/cost_starts.h"
 #include "actors/motion.h"
+#include "actors/safety/braking.h"
 #include "common/config/experiment.h"
 #include "common/core/random.h"
 #include "common/rl/episode.h"
@@ -43,11 +44,11 @@ class Scene {
   /// The same scene with this goal and its table; `scale` as in d_min_scale(). Cheap.
   Scene WithGoal(const Box& goal, std::shared_ptr<const RoadmapLookup> lookup, double scale) const;
 
-  /// Uniform pose in free space (circumscribed radius + 3 mm · radius/43 mm from obstacles, outside the goal, goal
-  /// reachable; with goals = ANY at least world.goal_distance away where a thousand draws find such a place), or in the
-  /// start region, or spread over the table's cost-to-go; yaw uniform, 0 for a vehicle that keeps it. Training: from
-  /// (seed, vehicle, kStart, episode), and the table where environment.start is COST_TO_GO or goals = ANY. Throws
-  /// UsageError when a million draws find none. UsageError when a million draws find none.
+  /// Uniform pose in free space (the largest footprint's circumscribed radius + 3 mm · radius/43 mm from obstacles,
+  /// outside the goal, goal reachable; with goals = ANY at least world.goal_distance away where a thousand draws find
+  /// such a place), or in the start region, or spread over the table's cost-to-go; yaw uniform, 0 for a vehicle that
+  /// keeps it. Training: from (seed, vehicle, kStart, episode), and the table where environment.start is COST_TO_GO or
+  /// goals = ANY. Throws UsageError when a million draws find none. UsageError when a million draws find none.
   Pose TrainingStart(int vehicle, int episode) const;
 
   /// Start `index` of a fixed evaluation set: uniform over free space whatever environment.start says; of all seeds it
@@ -79,6 +80,8 @@ class Scene {
   /// Whether the footprint comes within a thousandth of its circumscribed radius of what the planner was told of.
   bool TouchesKnown(const Motion& motion) const;
   const Footprint& footprint() const { return footprint_; }
+  /// Null when safety.filter is OFF.
+  const std::shared_ptr<const BrakingTable>& braking() const { return braking_; }
   bool has_table() const { return lookup_ != nullptr; }
   const RoadmapLookup& lookup() const { return *lookup_; }
   std::shared_ptr<const RoadmapLookup> shared_lookup() const { return lookup_; }
@@ -111,6 +114,7 @@ class Scene {
   Footprint footprint_;
   Box goal_;
   std::shared_ptr<const Site> site_, known_site_, evaluation_site_;
+  std::shared_ptr<const BrakingTable> braking_;
   std::shared_ptr<const RoadmapLookup> lookup_;
   std::shared_ptr<const CostStarts> cost_starts_;  // of lookup_, with environment.start = COST_TO_GO
   double d_min_scale_ = 0;

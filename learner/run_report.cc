@@ -249,6 +249,8 @@ void RunReport::Finish(const RunCounters& counters, const RunResult& result) {
   json["spl"] = test.spl;
   json["min_clearance_m"] = test.min_clearance;
   json["mean_jerk"] = test.mean_jerk;
+  json["test_steps"] = test.steps;
+  json["filtered_steps"] = test.filtered_steps;
   json["transitions_lost"] = counters.stream.transitions_lost;
   json["transitions_duplicate"] = counters.stream.transitions_duplicate;
   json["transitions_rolled_back"] = counters.rolled_back;

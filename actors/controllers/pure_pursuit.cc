@@ -29,45 +29,45 @@ PlannerConfig PurePursuit::Planner(const Experiment& experiment, const PurePursu
 }
 
 // Free way ahead of the bumper: the shortest of three rays along the heading, from the middle and both flanks [m].
-double PurePursuit::FrontClearance(const Pose& pose) const {
+double PurePursuit::FrontClearance(const Senses& senses) const {
   const VehicleConfig& vehicle = scene_->experiment().vehicle;
+  const Pose& pose = senses.actual;
   const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
   double range = params_.approach_distance * radius_ + 0.5 * vehicle.length;
   for (const double side : {0.0, 0.5 * vehicle.width, -0.5 * vehicle.width}) {
-    range = std::min(range, scene_->obstacles().CastRay(pose.x - s * side, pose.y + c * side, c, s, range));
+    range = std::min(range, senses.ranges.Range({pose.x - s * side, pose.y + c * side, pose.z}, {c, s, 0}, range));
   }
   return std::max(0.0, range - 0.5 * vehicle.length);
 }
 
-// Free way of the footprint's circle from the centre along a unit vector of W [m].
-double PurePursuit::FreeRange(const Pose& pose, const Vector3d& direction) const {
+// Free way of the footprint's circle from the centre along a unit vector of the body's level frame [m].
+double PurePursuit::FreeRange(const Senses& senses, const Vector3d& direction) const {
   const double range = radius_ + scene_->experiment().vehicle.max_speed * params_.stop_time;
-  const double hit = scene_->world().dimension == 3
-                         ? scene_->space_obstacles().CastRay({pose.x, pose.y, pose.z}, direction, range)
-                         : scene_->obstacles().CastRay(pose.x, pose.y, direction.x(), direction.y(), range);
-  return std::max(0.0, hit - radius_);
+  const Pose& pose = senses.actual;
+  const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+  const Vector3d in_world(c * direction.x() - s * direction.y(), s * direction.x() + c * direction.y(), direction.z());
+  return std::max(0.0, senses.ranges.Range({pose.x, pose.y, pose.z}, in_world, range) - radius_);
 }
 
-VehicleCommand PurePursuit::DriveAlongAxes(const Pose& pose, const Vector3d& gap) const {
+VehicleCommand PurePursuit::DriveAlongAxes(const Senses& senses, const Vector3d& gap) const {
   const double distance = gap.norm();
   if (distance == 0) return {};
-  const Vector3d direction = gap / distance;
+  const double c = std::cos(senses.believed.yaw), s = std::sin(senses.believed.yaw);
+  const Vector3d direction = Vector3d(c * gap.x() + s * gap.y(), c * gap.y() - s * gap.x(), gap.z()) / distance;
   const double top = scene_->experiment().vehicle.max_speed;
-  const double approach = FreeRange(pose, direction) / params_.stop_time;
+  const double approach = FreeRange(senses, direction) / params_.stop_time;
   const double speed = std::min(params_.cruise_speed * top, std::max(params_.axes_creep_speed * top, approach));
-  const Vector3d v = speed * direction;
-  const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
-  VehicleCommand command{c * v.x() + s * v.y(), c * v.y() - s * v.x(), 0};
-  if (!scene_->experiment().vehicle.turns()) command[2] = v.z();
+  VehicleCommand command{speed * direction.x(), speed * direction.y(), 0};
+  if (!scene_->experiment().vehicle.turns()) command[2] = speed * direction.z();
   return command;
 }
 
-VehicleCommand PurePursuit::DriveCar(const Pose& pose, const Vector3d& gap) const {
+VehicleCommand PurePursuit::DriveCar(const Senses& senses, const Vector3d& gap) const {
   const VehicleConfig& vehicle = scene_->experiment().vehicle;
   const bool steers = vehicle.kind == VehicleConfig::Kind::kAckermann;
-  const double angle = std::remainder(std::atan2(gap.y(), gap.x()) - pose.yaw, 2 * M_PI);
+  const double angle = std::remainder(std::atan2(gap.y(), gap.x()) - senses.believed.yaw, 2 * M_PI);
   const double limit = vehicle.max_yaw_rate;
-  const double front = FrontClearance(pose);
+  const double front = FrontClearance(senses);
   const bool blocked = front < params_.blocked_distance * radius_;
   if (!steers && std::abs(angle) > (blocked ? params_.blocked_angle : params_.turn_angle)) {
     return {0, std::clamp(angle / params_.turn_time, -limit, limit)};
@@ -90,11 +90,17 @@ VehicleCommand PurePursuit::DriveCar(const Pose& pose, const Vector3d& gap) cons
 }
 
 VehicleCommand PurePursuit::Drive(const Pose& pose) const {
-  const Vector3d p(pose.x, pose.y, pose.z);
+  RangeFinder ranges(*scene_);
+  return Drive(pose, pose, ranges);
+}
+
+VehicleCommand PurePursuit::Drive(const Pose& believed, const Pose& actual, RangeFinder& ranges) const {
+  const Vector3d p(believed.x, believed.y, believed.z);
   const int entry = scene_->lookup().EntryVertex(p, scene_->known_field(), params_.clearance * radius_);
   if (entry < 0) return {};
   const Vector3d gap = scene_->lookup().PointAlong(p, entry, params_.look_ahead * radius_) - p;
-  return scene_->experiment().vehicle.holonomic() ? DriveAlongAxes(pose, gap) : DriveCar(pose, gap);
+  const Senses senses{believed, actual, ranges};
+  return scene_->experiment().vehicle.holonomic() ? DriveAlongAxes(senses, gap) : DriveCar(senses, gap);
 }
 
 void PurePursuit::Act(std::span<const Environment* const> environments, float* actions) {
@@ -105,7 +111,8 @@ void PurePursuit::Act(std::span<const Environment* const> environments, float* a
       const WorldGoal goal(met.experiment().world.seed, met.goal(), met.lookup().table().marks);
       scene_ = std::make_shared<const Scene>(met.WithGoal(met.goal(), find_table_(goal), met.d_min_scale()));
     }
-    ToAction(vehicle, Drive(environment->pose()), actions);
+    RangeFinder ranges = environment->Look();
+    ToAction(vehicle, Drive(environment->believed_pose(), environment->pose(), ranges), actions);
     actions += vehicle.action_size();
   }
 }

@@ -44,15 +44,25 @@ class PurePursuit final : public Controller {
 
   void Act(std::span<const Environment* const> environments, float* actions) override;
 
-  /// Commands at a pose; stands still where no roadmap leads on. A car turns in place before it drives on; an ACKERMANN
-  /// car steers at its creeping speed instead; what moves along all axes heads straight for the pursued point.
+  /// Commands of a vehicle that takes `believed` for its pose, is at `actual` and sees `ranges`; stands still where no
+  /// roadmap leads on. A car turns in place before it drives on; an ACKERMANN car steers at its creeping speed instead;
+  /// what moves along all axes heads straight for the pursued point.
+  VehicleCommand Drive(const Pose& believed, const Pose& actual, RangeFinder& ranges) const;
+
+  /// The same without noise and people, in its own scene.
   VehicleCommand Drive(const Pose& pose) const;
 
  private:
-  VehicleCommand DriveCar(const Pose& pose, const Vector3d& gap) const;
-  VehicleCommand DriveAlongAxes(const Pose& pose, const Vector3d& gap) const;
-  double FrontClearance(const Pose& pose) const;
-  double FreeRange(const Pose& pose, const Vector3d& direction) const;
+  // What a command needs to know besides the way.
+  struct Senses {
+    const Pose& believed;
+    const Pose& actual;
+    RangeFinder& ranges;
+  };
+  VehicleCommand DriveCar(const Senses& senses, const Vector3d& gap) const;
+  VehicleCommand DriveAlongAxes(const Senses& senses, const Vector3d& gap) const;
+  double FrontClearance(const Senses& senses) const;
+  double FreeRange(const Senses& senses, const Vector3d& direction) const;
 
   std::shared_ptr<const Scene> scene_;  // of the environment that it drives, with its own table
   Course::FindTable find_table_;

@@ -62,6 +62,7 @@ void EncodeEpisodes(const std::vector<EpisodeResult>& episodes, cairn_lcm::exper
     t->result_shortest.push_back(e.shortest_length);
     t->result_clearance.push_back(e.min_clearance);
     t->result_jerk.push_back(e.mean_jerk);
+    t->result_filtered.push_back(e.filtered_steps);
   }
 }
 
@@ -122,7 +123,8 @@ bool DecodeEpisodes(const cairn_lcm::experience_t& t, Experience* m) {
                                    .path_length = t.result_path_length[i],
                                    .shortest_length = t.result_shortest[i],
                                    .min_clearance = t.result_clearance[i],
-                                   .mean_jerk = t.result_jerk[i]};
+                                   .mean_jerk = t.result_jerk[i],
+                                   .filtered_steps = t.result_filtered[i]};
   }
   return true;
 }

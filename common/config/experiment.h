@@ -82,6 +82,10 @@ struct WorldConfig {
   int goals_per_world = 32;
   double goal_tolerance = 0.052;
   double goal_distance = 0.516;
+  int persons = 0;
+  double person_radius = 0.0215;
+  double person_speed = 0.035;
+  BlockedWhen persons_when = BlockedWhen::kEvaluation;
   MapConfig map;
   /// Worlds of training and evaluation together: those of seeds seed … seed + num_worlds() − 1.
   int num_worlds() const { return training_worlds + unseen_worlds; }
@@ -183,6 +187,14 @@ struct EnvironmentConfig {
   double observation_noise = 0.0;
   int action_delay_steps = 0;
   double parameter_spread = 0.0;
+  double action_delay = 0.0;
+  double action_delay_spread = 0.0;
+  double slip = 0.0;
+  double footprint_scale = 1.0;
+  double footprint_spread = 0.0;
+
+  /// The most that a footprint can exceed the vehicle's own.
+  double largest_footprint() const { return footprint_scale * (1 + footprint_spread); }
 
   bool operator==(const EnvironmentConfig&) const = default;
 };
@@ -198,6 +210,13 @@ struct ObservationConfig {
   double look_ahead_far = 0.30;
   double ray_scale = 0.06;
   double look_ahead_clearance = 0.015;
+  double pose_noise = 0.0;
+  double heading_noise = 0.0;
+  double pose_jump = 0.0;
+  double heading_jump = 0.0;
+  double pose_jump_interval = 5.0;
+  double range_noise = 0.0;
+  double range_dropout = 0.0;
 
   bool operator==(const ObservationConfig&) const = default;
 };
@@ -281,6 +300,18 @@ struct TransportConfig {
   bool operator==(const TransportConfig&) const = default;
 };
 
+struct SafetyConfig {
+  enum class Filter { kOff, kEvaluation, kAlways };
+  Filter filter = Filter::kOff;
+  double margin = 0.0021;
+  int beams = 180;
+  double period = 1.0 / 60;
+  double stopping_distance = 0.0;  ///< 0: measured, see BrakingTable
+  double caution = 1.3;
+
+  bool operator==(const SafetyConfig&) const = default;
+};
+
 struct Experiment {
   std::string name = "experiment";
   Schedule schedule = Schedule::kLockstep;
@@ -299,6 +330,7 @@ struct Experiment {
   AsyncConfig async;
   EvaluationConfig evaluation;
   TransportConfig transport;
+  SafetyConfig safety;
 
   bool operator==(const Experiment&) const = default;
 };

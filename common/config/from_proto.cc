@@ -33,6 +33,8 @@ static_assert(proto::Environment::COST_TO_GO == static_cast<int>(EnvironmentConf
 static_assert(proto::Reward::SPARSE == static_cast<int>(RewardConfig::Kind::kSparse) &&
               proto::Reward::EUCLIDEAN == static_cast<int>(RewardConfig::Kind::kEuclidean) &&
               proto::Reward::Kind_MAX == proto::Reward::EUCLIDEAN);
+static_assert(proto::Safety::EVALUATION == static_cast<int>(SafetyConfig::Filter::kEvaluation) &&
+              proto::Safety::Filter_MAX == proto::Safety::ALWAYS);
 static_assert(proto::Learner::TD3 == static_cast<int>(LearnerConfig::Algorithm::kTd3) &&
               proto::Learner::Algorithm_MAX == proto::Learner::TD3);
 
@@ -87,6 +89,10 @@ WorldConfig World(const proto::World& message) {
   world.goals_per_world = message.goals_per_world();
   world.goal_tolerance = message.goal_tolerance();
   world.goal_distance = message.goal_distance();
+  world.persons = message.persons();
+  world.person_radius = message.person_radius();
+  world.person_speed = message.person_speed();
+  world.persons_when = ConvertEnum<WorldConfig::BlockedWhen>(message.persons_when());
   world.map = Map(message);
   return world;
 }
@@ -147,6 +153,11 @@ EnvironmentConfig Environment(const proto::Environment& message) {
   environment.observation_noise = message.observation_noise();
   environment.action_delay_steps = message.action_delay_steps();
   environment.parameter_spread = message.parameter_spread();
+  environment.action_delay = message.action_delay();
+  environment.action_delay_spread = message.action_delay_spread();
+  environment.slip = message.slip();
+  environment.footprint_scale = message.footprint_scale();
+  environment.footprint_spread = message.footprint_spread();
   return environment;
 }
 
@@ -162,6 +173,13 @@ ObservationConfig Observation(const proto::Observation& message) {
   observation.look_ahead_far = message.look_ahead_far();
   observation.ray_scale = message.ray_scale();
   observation.look_ahead_clearance = message.look_ahead_clearance();
+  observation.pose_noise = message.pose_noise();
+  observation.heading_noise = message.heading_noise();
+  observation.pose_jump = message.pose_jump();
+  observation.heading_jump = message.heading_jump();
+  observation.pose_jump_interval = message.pose_jump_interval();
+  observation.range_noise = message.range_noise();
+  observation.range_dropout = message.range_dropout();
   return observation;
 }
 
@@ -219,6 +237,17 @@ EvaluationConfig Evaluation(const proto::Evaluation& message) {
   return evaluation;
 }
 
+SafetyConfig Safety(const proto::Safety& message) {
+  SafetyConfig safety;
+  safety.filter = ConvertEnum<SafetyConfig::Filter>(message.filter());
+  safety.margin = message.margin();
+  safety.beams = message.beams();
+  safety.period = message.period();
+  safety.stopping_distance = message.stopping_distance();
+  safety.caution = message.caution();
+  return safety;
+}
+
 }  // namespace
 
 Experiment FromProto(const proto::Experiment& message) {
@@ -241,6 +270,7 @@ Experiment FromProto(const proto::Experiment& message) {
   experiment.async = {message.async().error_buffer()};
   experiment.evaluation = Evaluation(message.evaluation());
   experiment.transport = {message.transport().group(), message.transport().base_port(), message.transport().ttl()};
+  experiment.safety = Safety(message.safety());
   return experiment;
 }
 

@@ -2,11 +2,7 @@
 
 #include <google/protobuf/text_format.h>
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <filesystem>
-#include <memory>
 
 #include "common/config/arguments.h"
 #include "common/config/draft.h"
@@ -14,6 +10,7 @@
 #include "common/config/map.h"
 #include "common/config/override.h"
 #include "common/config/ranges.h"
+#include "common/config/read_file.h"
 #include "common/config/resolve.h"
 #include "common/config/roadmap_path.h"
 #include "common/config/rules.h"
@@ -29,22 +26,6 @@ std::string Print(const proto::Experiment& message) {
   google::protobuf::TextFormat::Printer printer;
   printer.SetUseShortRepeatedPrimitives(true);
   CAIRN_CHECK(printer.PrintToString(message, &text));
-  return text;
-}
-
-std::string ReadText(const char* what, const std::string& path) {
-  errno = 0;
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
-  std::string text;
-  char block[4096];
-  while (file != nullptr) {
-    const size_t got = std::fread(block, 1, sizeof(block), file.get());
-    text.append(block, got);
-    if (got < sizeof(block)) break;
-  }
-  if (file == nullptr || std::ferror(file.get()) != 0) {
-    ThrowUsageError("{} {}: {}", what, path, std::strerror(errno));
-  }
   return text;
 }
 
@@ -64,7 +45,7 @@ LoadedExperiment ParseExperiment(const std::string& text, const std::string& sou
                                  const std::vector<std::string>& overrides, const PlaceArguments& arguments) {
   config::Draft draft = config::ReadText(text, source);
   if (!arguments.robot.empty()) {
-    config::ReadVehicle(ReadText("--robot", arguments.robot), arguments.robot, &draft);
+    config::ReadVehicle(config::ReadFileToText("--robot", arguments.robot), arguments.robot, &draft);
   }
   config::ApplyArguments(arguments, &draft);
   for (const std::string& assignment : overrides) config::ApplyOverride(assignment, &draft);
@@ -84,7 +65,7 @@ LoadedExperiment ParseExperiment(const std::string& text, const std::string& sou
 
 LoadedExperiment LoadExperiment(const std::string& path, const std::vector<std::string>& overrides,
                                 const PlaceArguments& arguments) {
-  return ParseExperiment(ReadText("experiment file", path), path, overrides, arguments);
+  return ParseExperiment(config::ReadFileToText("experiment file", path), path, overrides, arguments);
 }
 
 }  // namespace cairn

@@ -22,6 +22,10 @@ constexpr double kLookAheadNearRadii = 2.8;        // 0.120 m
 constexpr double kLookAheadFarRadii = 7.0;         // 0.301 m
 constexpr double kRayScaleRadii = 1.4;             // 0.060 m
 constexpr double kLookAheadClearanceRadii = 0.35;  // 0.015 m
+constexpr double kSafetyMarginRadii = 0.05;        // 0.002 m
+constexpr double kPersonRadii = 0.25;              // 0.011 m
+constexpr double kPersonLengths = 0.5;             // 0.035 m/s
+constexpr double kSafetyPeriod = 1.0 / 60;         // [s]
 constexpr double kMovePerActionRadii = 2.3;        // 0.1 s at 1 m/s
 constexpr double kTurnPerAction = 0.7;             // [rad]
 
@@ -180,6 +184,18 @@ void DeriveWorld(double circumscribed, double inscribed, const ImportedMap* map,
   world->set_field_resolution(car_maze ? world->wall_thickness() / 4 : cube ? world->wall_thickness() / 2 : by_vehicle);
 }
 
+void DerivePersons(const VehicleConfig& config, proto::World* world) {
+  const double length = config.radius > 0 ? 2 * config.radius : config.length;
+  if (!world->has_person_radius()) world->set_person_radius(kPersonRadii * config.circumscribed_radius());
+  if (!world->has_person_speed()) world->set_person_speed(kPersonLengths * length);
+}
+
+void DeriveSafety(const VehicleConfig& config, double physics_rate, proto::Safety* safety) {
+  if (!safety->has_margin()) safety->set_margin(kSafetyMarginRadii * config.circumscribed_radius());
+  if (!safety->has_beams()) safety->set_beams(config.dimension() == 3 ? 256 : 180);
+  if (!safety->has_period()) safety->set_period(std::max(1.0, std::round(kSafetyPeriod * physics_rate)) / physics_rate);
+}
+
 void DeriveLearner(int action_size, proto::Learner* learner) {
   if (learner->net_arch().empty()) {
     learner->add_net_arch(64);
@@ -203,6 +219,8 @@ void Resolve(Draft* draft, const ImportedMap* map) {
   if (!experiment.world().has_unseen_obstacle_size()) {
     experiment.mutable_world()->set_unseen_obstacle_size(circumscribed);
   }
+  DerivePersons(vehicle, experiment.mutable_world());
+  DeriveSafety(vehicle, experiment.environment().physics_rate_hz(), experiment.mutable_safety());
   DeriveWorld(circumscribed, inscribed, map, experiment.mutable_world());
   DeriveLearner(vehicle.action_size(), experiment.mutable_learner());
 }

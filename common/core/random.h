@@ -23,6 +23,10 @@ enum class RandomPurpose : uint32_t {
   kEvaluation = 14,
   kTest = 15,
   kGoal = 20,
+  kLocalization = 21,
+  kRanges = 22,
+  kSlip = 23,
+  kPersons = 24,
 };
 
 /// Counter-based random numbers (Philox4x32-10, Salmon et al. 2011): the n-th number is a pure function of the key

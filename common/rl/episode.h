@@ -20,12 +20,13 @@ struct EpisodeResult {
   int32_t steps = 0;
   Outcome outcome = Outcome::kRunning;
   int64_t policy_version = 0;
-  float episode_return = 0;   ///< undiscounted sum of rewards
-  float duration = 0;         ///< simulated time [s]; an event ends it within a control step
-  float path_length = 0;      ///< driven by the vehicle's centre [m]
-  float shortest_length = 0;  ///< cost-to-go of the start along the roadmap [m]
-  float min_clearance = 0;    ///< smallest distance from footprint to obstacles [m]
-  float mean_jerk = 0;        ///< mean |d²v/dt²| at control steps [m/s³]
+  float episode_return = 0;    ///< undiscounted sum of rewards
+  float duration = 0;          ///< simulated time [s]; an event ends it within a control step
+  float path_length = 0;       ///< driven by the vehicle's centre [m]
+  float shortest_length = 0;   ///< cost-to-go of the start along the roadmap [m]
+  float min_clearance = 0;     ///< smallest distance from footprint to obstacles [m]
+  float mean_jerk = 0;         ///< mean |d²v/dt²| at control steps [m/s³]
+  int32_t filtered_steps = 0;  ///< control steps in which the safety filter changed a command
 };
 
 }  // namespace cairn

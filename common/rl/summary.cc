@@ -18,6 +18,7 @@ double PathWeight(const EpisodeResult& result) {
 void Add(const EpisodeResult& result, EvaluationSummary& summary) {
   ++summary.trials;
   summary.steps += result.steps;
+  summary.filtered_steps += result.filtered_steps;
   summary.mean_clearance += result.min_clearance;
   summary.min_clearance = std::min<double>(summary.min_clearance, result.min_clearance);
   summary.mean_jerk += result.mean_jerk;

@@ -35,7 +35,8 @@ struct EvaluationSummary {
   double mean_clearance = 0;  ///< mean over episodes of the smallest [m]
   double mean_jerk = 0;       ///< [m/s³]
   double mean_return = 0;
-  int64_t steps = 0;  ///< control steps, all episodes
+  int64_t steps = 0;           ///< control steps, all episodes
+  int64_t filtered_steps = 0;  ///< those in which the safety filter changed a command
 };
 
 EvaluationSummary Summarise(std::span<const EpisodeResult> results);

@@ -93,11 +93,15 @@ void AddEval(CLI::App* app, Commands* commands) {
   command->add_option("--trials", options->trials, "Test starts (default: evaluation.test_starts of the experiment)")
       ->check(CLI::Range(1, 100000));
   command->add_option("--seed", options->seed, "Seed of the disturbances (default: the run's)");
-  command->add_option("--controller", options->controller, "policy (default) or pure_pursuit")
+  command
+      ->add_option("--controller", options->controller,
+                   "policy (default) or pure_pursuit; with --conditions both unless one is typed")
       ->check(CLI::IsMember({"policy", "pure_pursuit"}));
   command->add_option("--policy", options->policy, "best or last (default: best if there is one)")
       ->check(CLI::IsMember({"best", "last"}));
-  command->add_option("--svg", options->svg, "Picture of the driven paths to write");
+  command->add_option("--svg", options->svg, "Picture to write: of the driven paths, or of success under conditions");
+  command->add_option("--conditions", options->conditions,
+                      "File of conditions (deploy/conditions/stress.textproto) to drive the test starts under");
   command->add_option("--q-map", options->q_map, "Picture of what the critics expect from each place");
   command->add_option("--score-map", options->score_map, "Picture of how soon the goal is reached from each place");
   command->add_option("--height", options->height, "Of maps through a world in space [m] (default: the middle)");

@@ -3,83 +3,25 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "actors/controllers/policy_controller.h"
-#include "actors/controllers/pure_pursuit.h"
 #include "actors/evaluation.h"
 #include "common/config/load.h"
 #include "common/core/check.h"
 #include "common/core/files.h"
-#include "common/nn/policy.h"
 #include "common/rl/summary.h"
-#include "deploy/launcher/local_tables.h"
 #include "deploy/launcher/planned_world.h"
 #include "deploy/launcher/run_directory.h"
+#include "deploy/launcher/stress_page.h"
+#include "deploy/launcher/summary_json.h"
+#include "deploy/launcher/trials.h"
 #include "deploy/launcher/value_maps.h"
 #include "planner/page/page.h"
 #include "planner/picture.h"
 
 namespace cairn::deploy {
 namespace {
-
-constexpr int kMaxBatch = 32;
-
-// A controller, what it is called, and what it stands on.
-struct Driver {
-  std::string name;
-  int64_t policy_version = 0;
-  std::unique_ptr<Policy> policy;
-  std::unique_ptr<actors::Controller> controller;
-};
-
-std::string ChoosePolicy(const RunDirectory& run, const std::string& wanted) {
-  const auto exists = [&](const std::string& which) { return std::filesystem::exists(run.policy_file(which)); };
-  if (!wanted.empty()) {
-    if (!exists(wanted)) ThrowUsageError("--policy {}: there is no {}", wanted, run.policy_file(wanted));
-    return wanted;
-  }
-  for (const char* which : {"best", "last"}) {
-    if (exists(which)) return which;
-  }
-  ThrowUsageError("run directory {}: no policy in checkpoints/; has the run ended?", run.path());
-}
-
-Driver MakePolicyDriver(const RunDirectory& run, const LoadedExperiment& loaded, const std::string& wanted) {
-  const std::string which = ChoosePolicy(run, wanted);
-  const PolicyFile file = LoadPolicy(run.policy_file(which));
-  const int size = ObservationSize(loaded.experiment);
-  if (file.experiment_hash != loaded.hash || file.shape.observation_size != size) {
-    ThrowError("{}: trained with another experiment ({:016x}, {} observations) than the directory's ({:016x}, {})",
-               run.policy_file(which), file.experiment_hash, file.shape.observation_size, loaded.hash, size);
-  }
-  Driver driver;
-  driver.name = fmt::format("policy {} ({} env steps, {})", which, file.env_steps, file.shape.ToString());
-  driver.policy_version = file.version;
-  driver.policy = std::make_unique<Policy>(file.shape, kMaxBatch);
-  driver.policy->SetParameters(file.parameters);
-  driver.controller = std::make_unique<actors::PolicyController>(*driver.policy, kMaxBatch);
-  return driver;
-}
-
-// The referee keeps to a roadmap of its own, with room for its whole footprint.
-Driver MakePurePursuitDriver(Experiment experiment) {
-  experiment.planner = actors::PurePursuit::Planner(experiment);
-  auto scene = std::make_shared<actors::Scene>(experiment);
-  scene->SetTable(PlanWorld(experiment, experiment.planner).MakeLookup());
-  Driver driver;
-  driver.name = fmt::format("pure pursuit (roadmap with {:.3f} m to walls)", experiment.planner.radius);
-  driver.controller = std::make_unique<actors::PurePursuit>(std::move(scene), MakeLocalTables(experiment));
-  return driver;
-}
-
-Driver MakeDriver(const EvalOptions& options, const RunDirectory& run, const LoadedExperiment& loaded,
-                  const Experiment& changed) {
-  if (options.controller == "pure_pursuit") return MakePurePursuitDriver(changed);
-  return MakePolicyDriver(run, loaded, options.policy);
-}
 
 // What the test starts are in.
 std::string TestedWorlds(const Experiment& experiment) {
@@ -89,18 +31,6 @@ std::string TestedWorlds(const Experiment& experiment) {
   const uint64_t first = world.seed + static_cast<uint64_t>(unseen ? world.training_worlds : 0);
   const auto count = static_cast<uint64_t>(unseen ? world.unseen_worlds : world.training_worlds);
   return fmt::format("of world seeds {} to {}, each with a goal of its own", first, first + count - 1);
-}
-
-// The run's experiment with what was typed after --set and --seed.
-Experiment ChangedExperiment(const EvalOptions& options, const RunDirectory& run, const LoadedExperiment& own) {
-  Experiment changed = LoadExperiment(run.experiment_file(), options.overrides).experiment;
-  if (options.seed) changed.seed = *options.seed;
-  const int size = ObservationSize(changed), own_size = ObservationSize(own.experiment);
-  if (size != own_size || changed.vehicle.action_size() != own.experiment.vehicle.action_size()) {
-    ThrowUsageError("--set {}: the policy takes {} observations, and this makes {}", fmt::join(options.overrides, " "),
-                    own_size, size);
-  }
-  return changed;
 }
 
 void CheckPictures(const EvalOptions& options, const Experiment& experiment) {
@@ -124,27 +54,16 @@ void PrintText(const EvaluationSummary& summary, const std::string& driver, cons
              summary.mean_clearance);
   fmt::print("jerk           {:.2f} m/s^3\n", summary.mean_jerk);
   fmt::print("return         {:.2f}\n", summary.mean_return);
+  if (experiment.safety.filter == SafetyConfig::Filter::kOff) return;
+  fmt::print("safety filter  changed commands in {} of {} steps\n", summary.filtered_steps, summary.steps);
 }
 
-void PrintJson(const EvaluationSummary& summary, const EvalOptions& options, const Experiment& experiment) {
+void PrintJson(const EvaluationSummary& summary, const std::string& controller, const Experiment& experiment) {
   nlohmann::ordered_json json;
-  json["controller"] = options.controller;
+  json["controller"] = controller;
   json["world_seed"] = experiment.world.seed;
   json["seed"] = experiment.seed;
-  json["trials"] = summary.trials;
-  json["successes"] = summary.successes;
-  json["success_rate"] = summary.success_rate;
-  json["success_interval"] = {summary.success_interval.low, summary.success_interval.high};
-  json["collisions"] = summary.collisions;
-  json["timeouts"] = summary.timeouts;
-  json["diverged"] = summary.diverged;
-  json["time_to_goal"] = summary.mean_time_to_goal;
-  json["path_length"] = summary.mean_path_length;
-  json["spl"] = summary.spl;
-  json["min_clearance"] = summary.min_clearance;
-  json["mean_clearance"] = summary.mean_clearance;
-  json["jerk"] = summary.mean_jerk;
-  json["return"] = summary.mean_return;
+  json.update(ToJson(summary));
   fmt::print("{}\n", json.dump(2));
 }
 
@@ -188,27 +107,21 @@ void WritePage(const PlannedWorld& planned, const Experiment& experiment, const 
 
 int Eval(const EvalOptions& options) {
   const RunDirectory run = RunDirectory::Open(options.run_dir);
-  const LoadedExperiment loaded = LoadExperiment(run.experiment_file());
-  const Experiment experiment = ChangedExperiment(options, run, loaded);
+  const LoadedExperiment own = LoadExperiment(run.experiment_file());
+  if (!options.conditions.empty()) return DriveConditions(options, run, own);
+  const Experiment experiment = ChangedExperiment(run, own, options.overrides, options.seed);
   CheckSvg(options.svg, experiment);
   CheckPictures(options, experiment);
-  const Driver driver = MakeDriver(options, run, loaded, experiment);
+  const Driver driver = MakeDriver(options.controller, run, own, options.policy, experiment);
   PlannedWorld planned = PlanWorld(experiment, experiment.planner);
-  auto scene = std::make_shared<actors::Scene>(experiment);
-  scene->SetTable(planned.MakeLookup());
+  const std::shared_ptr<const actors::Scene> scene = MakePlannedScene(experiment, planned);
   const std::shared_ptr<const actors::Scene> met = actors::Scene::ForEvaluation(scene);
   planned.world = met->world();  // pictures show also what the planner was not told of
 
   const int trials = options.trials > 0 ? options.trials : experiment.evaluation.test_starts;
-  actors::EvaluationOptions evaluation;
-  evaluation.policy_version = driver.policy_version;
-  evaluation.evaluation = actors::EvaluationOptions::KeyOf(driver.policy_version);
-  evaluation.max_batch = kMaxBatch;
-  evaluation.keep_marks = true;
   std::vector<actors::Trajectory> trajectories;
-  const std::vector<EpisodeResult> results =
-      actors::RunEpisodes(MakeLocalCourse(scene), StartSet::kTest, actors::AllStarts(trials), *driver.controller,
-                          evaluation, options.svg.empty() && options.html.empty() ? nullptr : &trajectories);
+  const bool draws = !options.svg.empty() || !options.html.empty();
+  const std::vector<EpisodeResult> results = RunTrials(scene, driver, trials, draws ? &trajectories : nullptr);
   const EvaluationSummary summary = Summarise(results);
   const std::string title = experiment.name + ": " + driver.name, subtitle = ToString(summary);
   if (!options.svg.empty()) {
@@ -219,9 +132,14 @@ int Eval(const EvalOptions& options) {
   }
   if (!options.q_map.empty()) WriteQMap(run, *met, options.policy, options.height, options.q_map);
   if (!options.score_map.empty()) {
-    WriteScoreMap(met, *driver.controller, evaluation, driver.name, options.height, options.score_map);
+    actors::EvaluationOptions evaluation;
+    evaluation.policy_version = driver.policy_version;
+    evaluation.evaluation = actors::EvaluationOptions::KeyOf(driver.policy_version);
+    evaluation.max_batch = kMaxBatch;
+    WriteScoreMap(met, *driver.make(), evaluation, driver.name, options.height, options.score_map);
   }
-  options.json ? PrintJson(summary, options, experiment) : PrintText(summary, driver.name, experiment);
+  const std::string controller = options.controller.empty() ? "policy" : options.controller;
+  options.json ? PrintJson(summary, controller, experiment) : PrintText(summary, driver.name, experiment);
   return 0;
 }
 

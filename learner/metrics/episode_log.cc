@@ -14,7 +14,7 @@ namespace {
 
 constexpr char kHeader[] =
     "episode_id,vehicle,episode,steps,return,outcome,policy_version,duration_s,path_length_m,shortest_length_m,"
-    "min_clearance_m,mean_jerk_m_s3,env_steps,wall_s\n";
+    "min_clearance_m,mean_jerk_m_s3,filtered_steps,env_steps,wall_s\n";
 
 // Lines that a file already has, without its header.
 int64_t CountEpisodes(const std::string& path) {
@@ -45,10 +45,10 @@ EpisodeLog::EpisodeLog(const std::string& path, int64_t keep_bytes)
 }
 
 void EpisodeLog::Add(const EpisodeResult& episode, int64_t env_steps, double wall_s) {
-  file_.Append(fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{:.3f}\n", next_id_++, episode.vehicle,
+  file_.Append(fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:.3f}\n", next_id_++, episode.vehicle,
                            episode.episode, episode.steps, episode.episode_return, OutcomeName(episode.outcome),
                            episode.policy_version, episode.duration, episode.path_length, episode.shortest_length,
-                           episode.min_clearance, episode.mean_jerk, env_steps, wall_s));
+                           episode.min_clearance, episode.mean_jerk, episode.filtered_steps, env_steps, wall_s));
 }
 
 }  // namespace cairn::learner

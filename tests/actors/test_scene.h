@@ -41,6 +41,20 @@ inline Experiment NoisyMazeExperiment() {
   experiment.environment.observation_noise = 0.05;
   experiment.environment.action_delay_steps = 2;
   experiment.environment.parameter_spread = 0.1;
+  experiment.environment.action_delay = 0.03;
+  experiment.environment.action_delay_spread = 0.03;
+  experiment.environment.slip = 0.2;
+  experiment.environment.footprint_spread = 0.1;
+  experiment.observation.pose_noise = 0.005;
+  experiment.observation.heading_noise = 0.05;
+  experiment.observation.pose_jump = 0.005;
+  experiment.observation.pose_jump_interval = 0.5;
+  experiment.observation.range_noise = 0.002;
+  experiment.observation.range_dropout = 0.02;
+  experiment.world.persons = 2;
+  experiment.world.persons_when = WorldConfig::BlockedWhen::kAlways;
+  experiment.safety.filter = SafetyConfig::Filter::kAlways;
+  experiment.safety.beams = 40;
   return experiment;
 }
 

@@ -44,6 +44,7 @@ Experience MakeExperience() {
   e.episode_return = 1.5f;
   e.path_length = 2.5f;
   e.min_clearance = -0.5f;
+  e.filtered_steps = 9;
   m.episodes = {e};
   return m;
 }
@@ -80,6 +81,7 @@ TEST(CodecTest, ExperienceRoundTrips) {
   EXPECT_EQ(got->episodes[0].outcome, Outcome::kCollision);
   EXPECT_EQ(got->episodes[0].set, StartSet::kTest);
   EXPECT_EQ(got->episodes[0].min_clearance, -0.5f);
+  EXPECT_EQ(got->episodes[0].filtered_steps, 9);
 }
 
 TEST(CodecTest, StatesRoundTripInPieces) {

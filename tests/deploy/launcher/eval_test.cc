@@ -161,6 +161,40 @@ TEST_F(EvalTest, MapsNameWhatIsMissing) {
   EXPECT_THAT(plane.err, HasSubstr("--height 0.5: the world is plane"));
 }
 
+TEST_F(EvalTest, ChangesOfTheExperimentAreConditionsNotAnotherPolicy) {
+  const auto with = Json(RunEval({"--json", "--controller", "pure_pursuit", "--set", "safety.filter=EVALUATION"}));
+  EXPECT_GT(with.at("filtered_steps"), 0);
+  const auto without = Json(RunEval({"--json", "--controller", "pure_pursuit"}));
+  EXPECT_EQ(without.at("filtered_steps"), 0);
+  SaveRandomPolicy("last");
+  const ProgramResult blind = RunEval({"--set", "observation.rays=false"});
+  EXPECT_EQ(blind.exit_code, 2);
+  EXPECT_THAT(blind.err, HasSubstr("--set observation.rays=false: the policy takes 25 observations"));
+  EXPECT_EQ(RunEval({"--set", "observation.pose_noize=1"}).exit_code, 2);
+}
+
+TEST_F(EvalTest, ConditionsAreDrivenOneAfterTheOther) {
+  SaveRandomPolicy("last");
+  WriteText(directory_ / "c.textproto",
+            "trials: 500 knob { name: \"Delay\" unit: \"s\" point { value: 0 } point { value: 0.3 set: "
+            "\"environment.action_delay=0.3\" } }");
+  const std::string svg = directory_ / "stress.svg";
+  const auto json = Json(RunEval({"--json", "--conditions", directory_ / "c.textproto", "--svg", svg}));
+  const auto& results = json.at("results");
+  ASSERT_EQ(results.size(), 4u);
+  EXPECT_EQ(results[0].at("controller"), "policy");
+  EXPECT_EQ(results[1].at("controller"), "pure_pursuit");
+  EXPECT_EQ(results[1].at("trials"), 12);
+  EXPECT_GE(results[1].at("successes"), 11);
+  EXPECT_EQ(results[3].at("knob"), "Delay");
+  EXPECT_EQ(results[3].at("value"), 0.3);
+  EXPECT_LT(results[3].at("successes"), results[1].at("successes"));
+  // The same without conditions.
+  const auto alone = Json(RunEval({"--json", "--controller", "pure_pursuit"}));
+  EXPECT_EQ(alone.at("jerk"), results[1].at("jerk"));
+  EXPECT_THAT(ReadText(svg), testing::AllOf(HasSubstr("Delay"), HasSubstr("pure pursuit"), HasSubstr("</svg>")));
+}
+
 TEST_F(EvalTest, WhatIsMissingOrForeignIsNamed) {
   const ProgramResult none = RunEval();
   EXPECT_EQ(none.exit_code, 2);

@@ -28,12 +28,13 @@ EpisodeResult GoalEpisode() {
   episode.shortest_length = 2.0f;
   episode.min_clearance = 0.0125f;
   episode.mean_jerk = 0.5f;
+  episode.filtered_steps = 6;
   return episode;
 }
 
 constexpr char kHeader[] =
     "episode_id,vehicle,episode,steps,return,outcome,policy_version,duration_s,path_length_m,shortest_length_m,"
-    "min_clearance_m,mean_jerk_m_s3,env_steps,wall_s\n";
+    "min_clearance_m,mean_jerk_m_s3,filtered_steps,env_steps,wall_s\n";
 
 TEST(EpisodeLogTest, WritesALineAnEpisode) {
   const std::string path = testing::TempDir() + "episode_log_lines.csv";
@@ -46,8 +47,8 @@ TEST(EpisodeLogTest, WritesALineAnEpisode) {
     log.Add(collision, 5050, 12.5);
   }
   EXPECT_EQ(ReadText(path), std::string(kHeader) +
-                                "0,7,3,42,15.5,goal,1234,4.15,2.25,2,0.0125,0.5,5000,12.346\n"
-                                "1,7,4,42,15.5,collision,1234,4.15,2.25,2,0.0125,0.5,5050,12.500\n");
+                                "0,7,3,42,15.5,goal,1234,4.15,2.25,2,0.0125,0.5,6,5000,12.346\n"
+                                "1,7,4,42,15.5,collision,1234,4.15,2.25,2,0.0125,0.5,6,5050,12.500\n");
   std::filesystem::remove(path);
 }
 
