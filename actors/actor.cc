@@ -406,7 +406,7 @@ void Actor::SendExperience(bool with_states) {
   evaluation_results_.clear();
   for (const Segment& segment : segments) audit_.Add(segment, observation_size_, action_size_);
   audit_.Flush();
-  const int max_bytes = MaxMessageBytes(bus_->config().ttl) - static_cast<int>(kTrailerBytes) - 64;
+  const int max_bytes = bus_->max_message_bytes() - static_cast<int>(kTrailerBytes) - 64;
   for (Experience& message :
        PackExperience(std::move(segments), episodes, states, observation_size_, action_size_, max_bytes)) {
     message.session = bus_->config().session;

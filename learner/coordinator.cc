@@ -24,8 +24,9 @@ constexpr auto kLongestInterval = milliseconds(500);  // of frames: an actor tha
 constexpr auto kIdleAnnounce = milliseconds(1000);
 constexpr auto kWelcomeResendGap = milliseconds(50);
 constexpr auto kSearchAnnounce = milliseconds(50);  // while nobody has joined
-constexpr int kStateOverhead = 128;                 // bytes of a message that are not state
-constexpr int kControlHeadBytes = 300;              // of a control frame with two rounds, trailer included
+constexpr auto kBrokerGrace = milliseconds(3000);
+constexpr int kStateOverhead = 128;     // bytes of a message that are not state
+constexpr int kControlHeadBytes = 300;  // of a control frame with two rounds, trailer included
 constexpr int kControlActorBytes = 60;
 constexpr int kControlGapBytes = 20;
 constexpr size_t kMaxGaps = 64;  // in one control frame
@@ -100,6 +101,10 @@ void Coordinator::Run(const std::stop_token& stop) {
     if (now >= stop_at_ && !stopped_) {
       stopped_ = true;
       changed_.notify_all();
+    }
+    // Nobody can be heard without a broker, and nobody is silent for that; who comes back has time to find it again.
+    if (bus_->outage()) {
+      for (auto& [id, actor] : fleet_.actors()) actor.last_heard = now + kBrokerGrace;
     }
     GiveUpSilentActors(now);
     AnnounceIfDue(now);
@@ -200,7 +205,7 @@ void Coordinator::SendWelcome(ActorRecord* actor, TimePoint now) {
   actor->welcomed = now;
   const Welcome welcome = fleet_.Assignment(*actor);
   bus_->Publish(Plane::kControl, kWelcomeChannel, welcome);
-  const int max_bytes = MaxMessageBytes(experiment_.transport.ttl) - kStateOverhead;
+  const int max_bytes = bus_->max_message_bytes() - kStateOverhead;
   for (const int32_t vehicle : welcome.vehicle) {
     const VehicleRecord& record = fleet_.vehicles()[static_cast<size_t>(vehicle)];
     for (VehicleStatePiece& piece : SplitState(vehicle, record.steps, record.environment, max_bytes)) {
@@ -501,7 +506,7 @@ Control::Actor Coordinator::PositionOf(const ActorRecord& actor, int rank, size_
 
 // In as many parts as the size of messages asks for; one without actors when there is none.
 void Coordinator::SendControl(TimePoint now) {
-  const int room = MaxMessageBytes(experiment_.transport.ttl) - kControlHeadBytes;
+  const int room = bus_->max_message_bytes() - kControlHeadBytes;
   int used = 0;
   int rank = 0;
   size_t gaps_left = kMaxGaps;
@@ -542,6 +547,8 @@ CoordinatorState Coordinator::State(Harvest* harvest) {
     return state;
   }
   state.vehicles = harvest->vehicles;
+  // Of a run that was trained from a log: no vehicle has made a step.
+  if (state.vehicles.empty()) state.vehicles.assign(fleet_.vehicles().begin(), fleet_.vehicles().end());
   state.rounds = rounds_.taken();
   state.granted = rounds_.open();
   for (RoundState& round : state.granted) round.policy.parameters = policies_.Find(round.policy.version);

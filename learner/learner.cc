@@ -20,6 +20,7 @@ using std::chrono::milliseconds;
 constexpr int64_t kAsyncUpdatesPerTurn = 16;  // between two looks at what has come in
 constexpr int64_t kNoLimit = INT64_MAX;
 constexpr auto kSettleTime = milliseconds(500);  // for the updates that are due before a checkpoint (ASYNC)
+constexpr auto kLogVisit = milliseconds(100);    // between two looks at evaluations while a log is read
 constexpr auto kStopTime = milliseconds(1200);   // in which a stopped run may still reach a checkpoint
 
 std::string CheckpointDirectory(const std::string& run_dir) { return run_dir + "/checkpoints"; }
@@ -28,6 +29,22 @@ std::unique_ptr<ProgressFile> OpenProgress(const std::string& run_dir) {
   if (run_dir.empty()) return nullptr;
   std::filesystem::create_directories(CheckpointDirectory(run_dir));
   return std::make_unique<ProgressFile>(CheckpointDirectory(run_dir) + "/progress");
+}
+
+// Leaves `steps` transitions in it, so that a run ends exactly where it shall.
+void Shorten(Harvest* harvest, int64_t steps) {
+  for (Segment& segment : harvest->segments) {
+    const int64_t excess = segment.num_steps() - steps;
+    steps = std::max<int64_t>(0, steps - segment.num_steps());
+    if (excess <= 0) continue;
+    const size_t kept = segment.rewards.size() - static_cast<size_t>(excess);
+    const size_t observation = segment.observations.size() / (segment.rewards.size() + 1);
+    segment.actions.resize(segment.actions.size() / segment.rewards.size() * kept);
+    segment.observations.resize(observation * (kept + 1));
+    segment.rewards.resize(kept);
+    segment.end = SegmentEnd::kNone;
+  }
+  std::erase_if(harvest->segments, [](const Segment& s) { return s.num_steps() == 0; });
 }
 
 }  // namespace
@@ -53,6 +70,11 @@ Learner::Learner(Bus* bus, const Experiment& experiment, const LearnerOptions& o
       audit_(fmt::format("learner-{:02}", progress_ ? progress_->incarnation() : 1)) {}
 
 void Learner::Run() {
+  if (!options_.replay_log.empty()) {
+    log_ = std::make_unique<LoggedExperience>(
+        options_.replay_log, options_.replay_key,
+        LoggedExperience::Shape{shape_.observation_size, shape_.action_size, options_.experiment_hash});
+  }
   Prepare();
   coordinator_.Start();
   report_.Telemetry(Counters("starting"));
@@ -61,7 +83,11 @@ void Learner::Run() {
     training_ = true;
     report_.Telemetry(Counters("training"));
     try {
-      experiment_.schedule == Schedule::kLockstep ? RunLockstep() : RunAsync();
+      if (log_) {
+        RunFromLog();
+      } else {
+        experiment_.schedule == Schedule::kLockstep ? RunLockstep() : RunAsync();
+      }
     } catch (const Error& error) {
       WriteDiagnostic(error.what());
       throw;
@@ -223,6 +249,46 @@ void Learner::RunAsync() {
   SettleAndSave();
 }
 
+// What others lived through, in the order of the log; actors only evaluate. Whatever the schedule, the same log, file
+// and seed give the same weights. One checkpoint at the end: it is what --resume and learner.init_from go on from, and
+// a learner that died before begins the log again.
+void Learner::RunFromLog() {
+  Publish();
+  if (resumed_) {
+    log_ended_ = true;
+    log::Info("--replay-log {}: was read to its end before", options_.replay_log);
+    resumed_.reset();
+    return;
+  }
+  TimePoint published = Clock::now();
+  while (env_steps_ < experiment_.total_env_steps && !stop_requested_) {
+    std::optional<Harvest> next = log_->Next();
+    if (!next) break;
+    Shorten(&*next, experiment_.total_env_steps - env_steps_);
+    Insert(*next);
+    Train(kNoLimit);
+    if (evaluation_.CheckDue(env_steps_) || Clock::now() - published > kLogVisit) {
+      Publish();
+      published = Clock::now();
+      collapse_guard_.Visit(env_steps_, updates_);
+      report_.Visit(Counters("training"), algorithm_.get());
+    }
+  }
+  if (stop_requested_) return coordinator_.Stop();
+  log_ended_ = true;
+  granted_ = env_steps_;
+  Publish();
+  collapse_guard_.Visit(env_steps_, updates_);
+  const std::string trouble = log_->counters().Trouble();
+  log::Info("--replay-log {}: {} transitions of {} messages{}{}", options_.replay_log, env_steps_,
+            log_->counters().messages, trouble.empty() ? "" : "; ", trouble);
+  if (!trouble.empty()) log::Warning("--replay-log {}: {}", options_.replay_log, trouble);
+  if (checkpointer_) {
+    Harvest none;
+    Save(coordinator_.State(&none));
+  }
+}
+
 // ASYNC: makes the updates that are due before it saves, so that a run that goes on has none to catch up with in a
 // burst.
 void Learner::SettleAndSave() {
@@ -378,7 +444,7 @@ void Learner::FinishRun() {
   std::string failure = TrySave(last, "last.policy");
   report_.TrainingEnded(Counters("testing"));
   RunResult result;
-  if (env_steps_ >= experiment_.total_env_steps) {
+  if (env_steps_ >= experiment_.total_env_steps || log_ended_) {
     if (const std::optional<EvaluationSummary> test = evaluation_.Test(last)) {
       result.test = *test;
       completed_ = true;
@@ -386,6 +452,7 @@ void Learner::FinishRun() {
   }
   if (evaluation_.best()) failure += TrySave(*evaluation_.best(), "best.policy");
   result.completed = completed_;
+  if (log_) result.log = {options_.replay_log, log_->counters()};
   result.policy_tested = evaluation_.best() ? "best" : "last";
   result.weights_crc32c = algorithm_->WeightsCrc32c();
   report_.Finish(Counters(completed_ ? "finished" : "stopped"), result);

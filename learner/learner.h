@@ -18,6 +18,7 @@
 #include "learner/collapse_guard.h"
 #include "learner/coordinator.h"
 #include "learner/evaluation_schedule.h"
+#include "learner/logged_experience.h"
 #include "learner/replay/replay_buffer.h"
 #include "learner/run_report.h"
 
@@ -29,6 +30,8 @@ struct LearnerOptions {
   int num_actors = 1;     ///< to wait for at the start
   int64_t launch_us = 0;  ///< MonotonicUs() when the user started the run
   uint64_t experiment_hash = 0;
+  std::string replay_log;  ///< LCM log whose experience is trained on, instead of what actors make; empty: none
+  std::optional<RunKey> replay_key;  ///< with which that is sealed
 };
 
 /// The update thread: receives what the actors made, trains on it, publishes policies, asks for evaluations, counts.
@@ -56,6 +59,7 @@ class Learner {
   void RestoreEvaluation();
   void RunLockstep();
   void RunAsync();
+  void RunFromLog();
   void GrantNextRound();
   void Insert(const Harvest& harvest);
   /// Makes the updates that the env steps so far pay for, at most `limit`; returns how many it made.
@@ -100,7 +104,9 @@ class Learner {
   TimePoint last_checkpoint_{};
   bool saving_ = false;                                     // LOCKSTEP: a round that gives the vehicles' states is open
   std::map<int64_t, std::vector<SessionState>> undurable_;  // by env steps of checkpoints on their way to the disk
-  std::optional<RunState> resumed_;                         // until the run has taken it up
+  std::unique_ptr<LoggedExperience> log_;                   // instead of the actors' experience
+  bool log_ended_ = false;
+  std::optional<RunState> resumed_;  // until the run has taken it up
   std::atomic<bool> stop_requested_{false};
   std::atomic<bool> training_{false};
   bool completed_ = false;

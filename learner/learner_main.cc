@@ -29,9 +29,11 @@ int main(int argc, char** argv) {
     const cairn::ProcessOptions& options = process.options();
     KeepExperiment(process);
     cairn::Bus bus(process.MakeBusConfig());
-    cairn::learner::Learner learner(
-        &bus, process.experiment(),
-        {options.run_dir, options.resume, options.actors, options.launch_utime_us, process.experiment_hash()});
+    cairn::learner::LearnerOptions learner_options{options.run_dir, options.resume, options.actors,
+                                                   options.launch_utime_us, process.experiment_hash()};
+    learner_options.replay_log = options.replay_log;
+    if (!options.replay_key.empty()) learner_options.replay_key = cairn::ReadKeyFile(options.replay_key);
+    cairn::learner::Learner learner(&bus, process.experiment(), learner_options);
     process.OnStop([&learner] { learner.RequestStop(); });
     learner.Run();
     process.OnStop([] {});

@@ -39,7 +39,7 @@ void PolicyOutbox::DropUnused(const std::function<bool(int64_t version)>& in_use
 
 void PolicyOutbox::Send(int64_t version, Entry* entry) {
   const std::vector<float>& parameters = entry->parameters;
-  const auto chunk = static_cast<size_t>((MaxMessageBytes(bus_->config().ttl) - kChunkOverhead) / 4);
+  const auto chunk = static_cast<size_t>((bus_->max_message_bytes() - kChunkOverhead) / 4);
   PolicyChunk message;
   message.incarnation = incarnation_;
   message.version = version;

@@ -64,6 +64,20 @@ const char* SetName(StartSet set) {
   return "training";
 }
 
+nlohmann::ordered_json ToJson(const std::pair<std::string, LogCounters>& log) {
+  const LogCounters& counters = log.second;
+  nlohmann::ordered_json json;
+  json["file"] = log.first;
+  json["messages"] = counters.messages;
+  json["transitions"] = counters.transitions;
+  json["transitions_duplicate"] = counters.transitions_duplicate;
+  json["transitions_not_finite"] = counters.transitions_not_finite;
+  json["messages_missing"] = counters.messages_missing;
+  json["frames_refused"] = counters.frames_refused;
+  json["faults"] = counters.faults;
+  return json;
+}
+
 }  // namespace
 
 RunReport::RunReport(Bus* bus, const Experiment& experiment, const std::string& run_dir, int64_t launch_us)
@@ -264,9 +278,11 @@ void RunReport::Finish(const RunCounters& counters, const RunResult& result) {
   json["stream_latency_s"] = counters.stream.stream_latency_s;
   json["credit_wait_s"] = counters.stream.credit_wait_s;
   json["seed"] = experiment_.seed;
-  json["deterministic"] = experiment_.schedule == Schedule::kLockstep && !counters.stream.disturbed;
+  json["deterministic"] =
+      result.log.has_value() || (experiment_.schedule == Schedule::kLockstep && !counters.stream.disturbed);
   json["weights_crc32c"] = fmt::format("{:08x}", result.weights_crc32c);
   json["git_revision"] = GitRevision();
+  if (result.log) json["replay_log"] = ToJson(*result.log);
   if (!run_dir_.empty()) {
     WriteFileAtomically((std::filesystem::path(run_dir_) / "summary.json").string(), json.dump(2) + "\n");
   }

@@ -11,6 +11,7 @@
 #include "common/rl/summary.h"
 #include "learner/algorithms/algorithm.h"
 #include "learner/coordinator.h"
+#include "learner/logged_experience.h"
 #include "learner/metrics/episode_log.h"
 #include "learner/metrics/event_writer.h"
 
@@ -37,6 +38,8 @@ struct RunResult {
   EvaluationSummary test;
   std::string policy_tested = "last";
   uint32_t weights_crc32c = 0;
+  /// The log that was trained on, and what was found in it.
+  std::optional<std::pair<std::string, LogCounters>> log;
 };
 
 /// Everything a run tells people: telemetry, TensorBoard, episodes.csv, summary.json, the log. Nothing depends on it.

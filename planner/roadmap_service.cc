@@ -108,7 +108,7 @@ RoadmapService::Kept RoadmapService::MakeTable(const WorldGoal& goal) {
 }
 
 void RoadmapService::SendChunks(uint64_t hash, const Bytes& blob, int32_t first, int32_t count) {
-  const int32_t chunk_bytes = MaxMessageBytes(bus_->config().ttl) - 200;
+  const int32_t chunk_bytes = bus_->max_message_bytes() - 200;
   const auto total = static_cast<int64_t>(blob.size());
   const int64_t num_chunks = (total + chunk_bytes - 1) / chunk_bytes;
   const int64_t last = std::min({num_chunks, int64_t{first} + count, first + kMaxBurstBytes / chunk_bytes});

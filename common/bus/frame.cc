@@ -160,6 +160,15 @@ OpenedFrame FrameSeal::Open(Plane plane, ByteSpan frame, PeerContexts* peers) co
   return opened;
 }
 
+std::optional<int64_t> FrameRunId(ByteSpan frame) {
+  for (const auto& [check_bytes, magic] : {std::pair(kTagBytes, kKeyedMagic), std::pair(kCrcBytes, kMagic)}) {
+    if (!HasMagic(frame, kFieldBytes + check_bytes, magic)) continue;
+    size_t at = frame.size() - kFieldBytes - check_bytes + 8;
+    return Read<int64_t>(frame, &at);
+  }
+  return std::nullopt;
+}
+
 bool FrameSeal::CheckHolds(Plane plane, const FrameInfo& info, ByteSpan checked, ByteSpan check,
                            PeerContexts* peers) const {
   if (!keyed()) {

@@ -88,4 +88,7 @@ class FrameSeal {
   SessionContext own_{};  // when keyed
 };
 
+/// The run that a frame says it is of, unchecked; nullopt when it does not end like a frame.
+std::optional<int64_t> FrameRunId(ByteSpan frame);
+
 }  // namespace cairn

@@ -119,6 +119,17 @@ class ReliableReceiver {
     return message;
   }
 
+  /// Gives up what is missing before the oldest early message, so that Take goes on with that; how many. 0: nothing is
+  /// early.
+  int64_t SkipGap() {
+    if (early_.empty()) return 0;
+    const int64_t missing = early_.begin()->first - 1 - received_;
+    received_ += missing;
+    return missing;
+  }
+
+  size_t num_early() const { return early_.size(); }
+
   /// The sender has made messages up to this one.
   void Announce(int64_t sequence) { announced_ = sequence > announced_ ? sequence : announced_; }
 

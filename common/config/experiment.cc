@@ -1,9 +1,19 @@
 #include "common/config/experiment.h"
 
+#include <arpa/inet.h>
+
 #include <algorithm>
 #include <cmath>
 
 namespace cairn {
+
+bool TransportConfig::leaves_host() const {
+  if (broker.empty()) return ttl > 0;
+  const std::string host = broker.substr(0, broker.find(':'));
+  in_addr address{};
+  const bool numeric = inet_pton(AF_INET, host.c_str(), &address) == 1;
+  return !(host == "localhost" || (numeric && ntohl(address.s_addr) >> 24 == 127));
+}
 
 double VehicleConfig::inscribed_radius() const { return radius > 0 ? radius : 0.5 * std::min(length, width); }
 

@@ -296,6 +296,11 @@ struct TransportConfig {
   std::string group = "239.255.76.67";
   int base_port = 7700;
   int ttl = 0;
+  std::string broker;            ///< "HOST:PORT" of LCM's TCP broker, which carries all planes; empty: UDP multicast
+  std::string telemetry_broker;  ///< of another one for telemetry alone; empty: `broker`
+
+  /// Whether other hosts can take part, so that messages need a key: ttl ≥ 1, or a broker that is not on loopback.
+  bool leaves_host() const;
 
   bool operator==(const TransportConfig&) const = default;
 };

@@ -226,6 +226,13 @@ LearnerConfig Learner(const proto::Learner& message) {
   return learner;
 }
 
+// "HOST:PORT" of a checked tcpq://HOST:PORT.
+std::string Broker(const std::string& url) { return url.substr(url.rfind('/') + 1); }
+
+TransportConfig Transport(const proto::Transport& message) {
+  return {message.group(), message.base_port(), message.ttl(), Broker(message.url()), Broker(message.telemetry_url())};
+}
+
 EvaluationConfig Evaluation(const proto::Evaluation& message) {
   EvaluationConfig evaluation;
   evaluation.interval_env_steps = message.interval_env_steps();
@@ -269,7 +276,7 @@ Experiment FromProto(const proto::Experiment& message) {
                          message.lockstep().actor_timeout_s()};
   experiment.async = {message.async().error_buffer()};
   experiment.evaluation = Evaluation(message.evaluation());
-  experiment.transport = {message.transport().group(), message.transport().base_port(), message.transport().ttl()};
+  experiment.transport = Transport(message.transport());
   experiment.safety = Safety(message.safety());
   return experiment;
 }

@@ -46,8 +46,8 @@ void AddSharedOptions(CLI::App* app, ProcessOptions* options, Texts* texts) {
   app->add_option("--run-id", texts->run_id, "Hexadecimal id of the run, the same for all its processes")->required();
   app->add_option("--run-dir", options->run_dir, "Run directory");
   app->add_option("--lcm-url", texts->lcm_url,
-                  "udpm://GROUP:PORT?ttl=T, PORT the first of five, ttl 0 for this host only (default: the "
-                  "experiment's transport)");
+                  "udpm://GROUP:PORT?ttl=T, PORT the first of five, ttl 0 for this host only; or tcpq://HOST:PORT of "
+                  "an LCM broker (default: the experiment's transport)");
   app->add_option("--key", options->key, "File with the key that the run's processes share");
   app->add_flag("--insecure", options->insecure, "Run without a key though other hosts can send (ttl of 1 or more)");
   app->add_option("--parent-fd", options->parent_fd, "Pipe whose end of file ends this process");
@@ -59,6 +59,9 @@ void AddOwnOptions(ProcessKind kind, CLI::App* app, ProcessOptions* options) {
   if (kind == ProcessKind::kLearner) {
     app->add_option("--actors", options->actors, "Actors to expect")->check(CLI::Range(1, 65536));
     app->add_flag("--resume", options->resume, "Go on from the newest checkpoint in the run directory");
+    app->add_option("--replay-log", options->replay_log,
+                    "LCM log of the experience plane to train on; actors evaluate");
+    app->add_option("--replay-key", options->replay_key, "File with the key that the log's messages are sealed with");
     app->add_option("--launch-utime-us", options->launch_utime_us, "Monotonic time of the launch, microseconds");
   } else if (kind == ProcessKind::kActor) {
     app->add_option("--actor-id", options->actor_id, "Index of this actor")->check(CLI::Range(0, 65535));
@@ -115,6 +118,8 @@ std::vector<std::string> ToArguments(ProcessKind kind, const ProcessOptions& opt
   if (kind == ProcessKind::kLearner) {
     if (options.resume) arguments.emplace_back("--resume");
     add("--actors", std::to_string(options.actors));
+    if (!options.replay_log.empty()) add("--replay-log", options.replay_log);
+    if (!options.replay_key.empty()) add("--replay-key", options.replay_key);
     add("--launch-utime-us", std::to_string(options.launch_utime_us));
   }
   if (kind == ProcessKind::kActor) {
@@ -126,13 +131,18 @@ std::vector<std::string> ToArguments(ProcessKind kind, const ProcessOptions& opt
 
 LoadedExperiment LoadProcessExperiment(const ProcessOptions& options) {
   LoadedExperiment loaded = LoadExperiment(options.experiment);
-  if (options.transport) loaded.experiment.transport = *options.transport;
-  const int ttl = loaded.experiment.transport.ttl;
-  if (ttl > 0 && options.key.empty() && !options.insecure) {
+  TransportConfig& transport = loaded.experiment.transport;
+  if (options.transport) {
+    // The command line speaks of one broker; the file may name another one for telemetry.
+    const std::string telemetry = options.transport->broker.empty() ? "" : transport.telemetry_broker;
+    transport = *options.transport;
+    transport.telemetry_broker = telemetry;
+  }
+  if (transport.leaves_host() && options.key.empty() && !options.insecure) {
     ThrowUsageError(
-        "ttl {}: other hosts can send to this run, so its messages need a key; give --key FILE (RUN_DIR/key of `cairn "
+        "{}: other hosts can send to this run, so its messages need a key; give --key FILE (RUN_DIR/key of `cairn "
         "train`), or --insecure to do without",
-        ttl);
+        transport.broker.empty() ? fmt::format("ttl {}", transport.ttl) : ToLcmUrl(transport));
   }
   return loaded;
 }

@@ -30,6 +30,8 @@ struct ProcessOptions {
   // cairn-learner
   bool resume = false;          ///< --resume: go on from the newest checkpoint of --run-dir
   int actors = 1;               ///< --actors: how many actors to expect at the start
+  std::string replay_log;       ///< --replay-log: LCM log to train on instead of what actors make; empty: none
+  std::string replay_key;       ///< --replay-key: file with the key that it is sealed with; empty: none
   int64_t launch_utime_us = 0;  ///< --launch-utime-us: MonotonicUs() when `cairn train` began; 0: now
 
   // cairn-actor

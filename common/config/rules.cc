@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <tuple>
 
+#include "common/config/lcm_url.h"
 #include "common/core/check.h"
 
 namespace cairn::config {
@@ -152,7 +154,22 @@ void CheckLearner(const Draft& draft) {
   CheckAtMost<int>(draft, {"learner.n_steps", learner.n_steps()}, buffer);
 }
 
+// As it is known where it stands, a fault is said with that.
+void CheckBrokers(const Draft& draft) {
+  const proto::Transport& transport = draft.message.transport();
+  for (const auto& [path, url, is_set] :
+       {std::tuple("transport.url", &transport.url(), transport.has_url()),
+        std::tuple("transport.telemetry_url", &transport.telemetry_url(), transport.has_telemetry_url())}) {
+    if (is_set) ParseBrokerUrl(fmt::format("{}: {} =", draft.Origin(path), path), *url);
+  }
+  if (transport.has_telemetry_url() && !transport.has_url()) {
+    ThrowUsageError("{}: transport.telemetry_url = \"{}\" goes with transport.url only, which is left out",
+                    draft.Origin("transport.telemetry_url"), transport.telemetry_url());
+  }
+}
+
 void CheckTransport(const Draft& draft) {
+  CheckBrokers(draft);
   const std::string& group = draft.message.transport().group();
   in_addr address{};
   const bool valid = inet_pton(AF_INET, group.c_str(), &address) == 1;

@@ -65,7 +65,8 @@ Process::Process(ProcessKind kind, ProcessOptions options)
 
 BusConfig Process::MakeBusConfig() const {
   const TransportConfig& transport = loaded_.experiment.transport;
-  return {transport.group, transport.base_port, transport.ttl, options_.run_id, session_, key_};
+  return {transport.group,  transport.base_port,       transport.ttl, options_.run_id, session_, key_,
+          transport.broker, transport.telemetry_broker};
 }
 
 void Process::OnStop(std::function<void()> stop) {

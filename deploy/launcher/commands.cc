@@ -14,6 +14,7 @@
 #include "deploy/doctor/doctor.h"
 #include "deploy/launcher/eval.h"
 #include "deploy/launcher/plan.h"
+#include "deploy/launcher/record.h"
 #include "deploy/launcher/sibling.h"
 #include "deploy/launcher/spy.h"
 #include "deploy/launcher/telemetry_status.h"
@@ -59,6 +60,10 @@ void AddTrain(CLI::App* app, Commands* commands, int64_t launch_utime_us) {
   command->add_option("--seed", *seed, "Seed of everything but the world");
   AddPlace(command, &options->place);
   AddOverrides(command, &options->overrides);
+  command->add_option("--replay-log", options->replay_log,
+                      "LCM log of an experience plane (cairn log) to train on; the actors only evaluate");
+  command->add_option("--replay-key", options->replay_key,
+                      "Key file of the run that the log was recorded from, if it had one");
   command->add_flag("--insecure", options->insecure, "Without a key though other hosts can send (ttl of 1 or more)");
   command
       ->add_option("--max-restarts", options->max_restarts,
@@ -140,6 +145,19 @@ void AddDoctor(CLI::App* app, Commands* commands) {
   command->callback([options, commands] { commands->run = [options] { return Doctor(*options); }; });
 }
 
+void AddLog(CLI::App* app, Commands* commands) {
+  auto options = std::make_shared<RecordOptions>();
+  CLI::App* command = app->add_subcommand("log", "Record a run's messages to an LCM log, without loss");
+  command->add_option("run_dir", options->run_dir, "Run directory of a run that goes on");
+  command->add_option("--lcm-url", options->lcm_url,
+                      "udpm://GROUP:PORT, PORT the first of five, or tcpq://HOST:PORT, instead of a run directory");
+  command->add_option("--planes", options->planes, "Which, separated by commas")->capture_default_str();
+  command->add_option("--out", options->out, "File to make, for lcm-logplayer and cairn train --replay-log");
+  command->add_option("--duration", options->duration_s, "Seconds after which it ends (default: with the run)")
+      ->check(CLI::PositiveNumber);
+  command->callback([options, commands] { commands->run = [options] { return Record(*options); }; });
+}
+
 // `cairn actor …` becomes `cairn-actor …`, arguments untouched.
 [[noreturn]] void ExecProcess(const std::string& kind, char** arguments) {
   std::string program = SiblingProgram("cairn-" + kind);
@@ -169,6 +187,7 @@ int RunCommandLine(int argc, char** argv, int64_t launch_utime_us) {
   AddPlan(&app, &commands);
   AddSpy(&app, &commands);
   AddDoctor(&app, &commands);
+  AddLog(&app, &commands);
   AddProcess(&app, "planner", "Run one planner process (see cairn planner --help)");
   AddProcess(&app, "learner", "Run one learner process (see cairn learner --help)");
   AddProcess(&app, "actor", "Run one actor process (see cairn actor --help)");

@@ -77,6 +77,10 @@ void MakeParents(const fs::path& path, Undo* undo) {
   ThrowUsageError("--run-dir {}: it already holds a run ({}); give another directory", path, what);
 }
 
+TransportConfig TransportOf(const BusConfig& bus) {
+  return {bus.group, bus.base_port, bus.ttl, bus.broker, bus.telemetry_broker};
+}
+
 template <typename T>
 T Get(const nlohmann::json& json, const char* key) {
   return json.at(key).get<T>();
@@ -162,7 +166,7 @@ bool IsLive(const RunInfo& info) {
 
 std::string JoinCommand(const BusConfig& bus) {
   return fmt::format("cairn actor experiment.textproto --lcm-url '{}' --run-id {:x} {} --actor-id N",
-                     ToLcmUrl({bus.group, bus.base_port, bus.ttl}), bus.run_id, bus.key ? "--key key" : "--insecure");
+                     ToLcmUrl(TransportOf(bus)), bus.run_id, bus.key ? "--key key" : "--insecure");
 }
 
 void WriteRunInfo(const RunDirectory& directory, const RunInfo& info) {
@@ -173,8 +177,10 @@ void WriteRunInfo(const RunDirectory& directory, const RunInfo& info) {
   json["group"] = info.bus.group;
   json["base_port"] = info.bus.base_port;
   json["ttl"] = info.bus.ttl;
-  json["lcm_url"] = ToLcmUrl({info.bus.group, info.bus.base_port, info.bus.ttl});
-  if (info.bus.ttl > 0) {
+  if (!info.bus.broker.empty()) json["broker"] = info.bus.broker;
+  if (!info.bus.telemetry_broker.empty()) json["telemetry_broker"] = info.bus.telemetry_broker;
+  json["lcm_url"] = ToLcmUrl(TransportOf(info.bus));
+  if (TransportOf(info.bus).leaves_host()) {
     json["join"] = JoinCommand(info.bus);
     json["copy_to_other_hosts"] = nlohmann::json::array({directory.experiment_file()});
     if (fs::exists(directory.map_folder())) json["copy_to_other_hosts"].push_back(directory.map_folder());
@@ -205,6 +211,8 @@ RunInfo ReadRunInfo(const RunDirectory& directory) {
     info.bus.group = Get<std::string>(json, "group");
     info.bus.base_port = Get<int>(json, "base_port");
     info.bus.ttl = Get<int>(json, "ttl");
+    info.bus.broker = json.value("broker", "");
+    info.bus.telemetry_broker = json.value("telemetry_broker", "");
     info.bus.run_id = info.run_id;
     info.network = {Get<bool>(json, "private_network"), Get<bool>(json, "user_namespace"),
                     Get<uint64_t>(json, "network_namespace")};

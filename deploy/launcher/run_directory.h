@@ -53,14 +53,14 @@ std::string HostName();
 struct RunInfo {
   int64_t pid = 0;  ///< of the launcher
   int64_t run_id = 0;
-  BusConfig bus;  ///< group, base port and ttl; written also: how other hosts join, not the key itself
+  BusConfig bus;  ///< group, base port and ttl, or broker; written also: how other hosts join, not the key itself
   NetworkInfo network;
   int actors = 0;
   std::string host = HostName();  ///< where it was started
 };
 
-/// The command line with which an actor on another host joins a run (ttl ≥ 1), given copies of experiment.textproto and
-/// key in its directory; N stands for the actor's id.
+/// The command line with which an actor on another host joins a run that leaves this one, given copies of
+/// experiment.textproto and key in its directory; N stands for the actor's id.
 std::string JoinCommand(const BusConfig& bus);
 
 void WriteRunInfo(const RunDirectory& directory, const RunInfo& info);

@@ -8,27 +8,14 @@
 #include <filesystem>
 
 #include "common/bus/bus.h"
-#include "common/config/nearest_name.h"
 #include "common/core/check.h"
-#include "deploy/launcher/network.h"
-#include "deploy/launcher/run_directory.h"
+#include "deploy/launcher/meet_run.h"
 #include "deploy/launcher/sibling.h"
 
 namespace cairn::deploy {
 namespace {
 
 namespace fs = std::filesystem;
-
-Plane ParsePlane(const std::string& name) {
-  std::vector<std::string> names;
-  for (int i = 0; i < kNumPlanes; ++i) {
-    const auto plane = static_cast<Plane>(i);
-    if (name == PlaneName(plane)) return plane;
-    names.push_back(PlaneName(plane));
-  }
-  ThrowUsageError("--plane {}: it must be telemetry, experience, control or tables; the nearest is {}", name,
-                  NearestName(name, names));
-}
 
 // The packaged lcm-spy script passes an option that JDK 17 refuses and forgets the chart library.
 std::string ClassPath() {
@@ -62,25 +49,14 @@ void CheckDisplay() {
   ThrowError("DISPLAY is not set: lcm-spy needs a window system; on a host without one use xvfb-run cairn spy");
 }
 
-BusConfig FindBus(const SpyOptions& options) {
-  if (options.run_dir.empty()) return {};
-  const RunInfo info = ReadRunInfo(RunDirectory::Open(options.run_dir));
-  const auto pid = static_cast<pid_t>(info.pid);
-  if (!IsLive(info)) {
-    ThrowError("{}: the run has ended (its launcher, process {}, is gone)", options.run_dir, info.pid);
-  }
-  if (info.network.is_private) JoinNetworkOf(pid);
-  return info.bus;
-}
-
 }  // namespace
 
 int Spy(const SpyOptions& options) {
-  const Plane plane = ParsePlane(options.plane);
+  const Plane plane = ParsePlane("--plane", options.plane);
   CheckDisplay();
   const std::string java = FindJava();
   const std::string class_path = ClassPath();
-  const std::string url = PlaneUrl(FindBus(options), plane);
+  const std::string url = PlaneUrl(MeetRun(options.run_dir).bus, plane);
   setenv("LCM_DEFAULT_URL", url.c_str(), 1);
   // The spy finds our types and plug-ins by scanning CLASSPATH.
   setenv("CLASSPATH", class_path.c_str(), 1);

@@ -1,9 +1,13 @@
 #include "deploy/launcher/telemetry_status.h"
 
+#include <fmt/core.h>
+
 #include <memory>
 
 namespace cairn::deploy {
 namespace {
+
+constexpr auto kOutageShows = std::chrono::milliseconds(500);
 
 RunStatus ToStatus(const LearnerTelemetry& telemetry) {
   RunStatus status;
@@ -35,7 +39,13 @@ StatusSource MakeTelemetryStatus(const BusConfig& bus) {
   auto listener = std::make_shared<Listener>(bus);
   return [listener] {
     listener->bus.Poll(Duration::zero());
-    return listener->newest;
+    std::optional<RunStatus> status = listener->newest;
+    const std::optional<Outage> outage = listener->bus.outage();
+    if (!outage || Clock::now() - outage->since < kOutageShows) return status;
+    if (!status) status = RunStatus{.phase = "starting"};
+    status->warning = fmt::format("no broker at tcpq://{} for {:.0f} s ({}): waiting", outage->broker,
+                                  SecondsSince(outage->since), outage->reason);
+    return status;
   };
 }
 

@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <memory>
 
+#include "common/bus/broker_connection.h"
 #include "common/bus/key_file.h"
+#include "common/bus/log_file.h"
 #include "common/config/load.h"
 #include "common/config/process_options.h"
 #include "common/core/check.h"
@@ -41,11 +43,12 @@ void CheckSource(const TrainOptions& options) {
     if (options.file.empty()) ThrowUsageError("train: an experiment file is missing (or --resume RUN_DIR)");
     return;
   }
-  const char* other = !options.file.empty()        ? "an experiment file"
-                      : !options.run_dir.empty()   ? "--run-dir"
-                      : !options.overrides.empty() ? "--set or --seed"
-                      : AnyPlace(options.place)    ? "--map, --robot, --goal or --start"
-                                                   : nullptr;
+  const char* other = !options.file.empty()         ? "an experiment file"
+                      : !options.run_dir.empty()    ? "--run-dir"
+                      : !options.overrides.empty()  ? "--set or --seed"
+                      : !options.replay_log.empty() ? "--replay-log"
+                      : AnyPlace(options.place)     ? "--map, --robot, --goal or --start"
+                                                    : nullptr;
   if (other != nullptr) {
     ThrowUsageError("--resume {}: {} does not go with it; the run has its own experiment.textproto", options.resume,
                     other);
@@ -61,6 +64,36 @@ void CheckWorld(const Experiment& experiment) {
   planner::CheckPlannable(world, field, experiment.planner, experiment.vehicle.inscribed_radius());
 }
 
+// What the learner would find later.
+void CheckLog(const TrainOptions& options) {
+  if (!options.replay_key.empty()) {
+    if (options.replay_log.empty()) ThrowUsageError("--replay-key: it goes with --replay-log only");
+    ReadKeyFile(options.replay_key);
+  }
+  if (!options.replay_log.empty()) const LogReader readable(options.replay_log);
+}
+
+// Found before anything is written: a run without its broker would only wait.
+void CheckBroker(const std::string& option, const std::string& broker) {
+  if (broker.empty()) return;
+  const std::string fault = ProbeBroker(broker);
+  if (fault.empty()) return;
+  ThrowError("{} = \"tcpq://{}\": no broker: {}; start one: {}", option, broker, fault, BrokerCommand(broker));
+}
+
+// Over a broker there is no multicast to need a route or a network of its own, nor ports to share.
+NetworkInfo PrepareTransport(const TransportConfig& transport) {
+  if (transport.broker.empty()) return PrepareNetwork(transport.group, transport.ttl);
+  CheckBroker("transport.url", transport.broker);
+  CheckBroker("transport.telemetry_url", transport.telemetry_broker);
+  return {false, false, NetworkInode(getpid())};
+}
+
+std::optional<PortBlock> ClaimPorts(const TransportConfig& transport) {
+  if (transport.broker.empty()) return PortBlock::Claim(transport.base_port);
+  return std::nullopt;
+}
+
 // Holds what the run needs as long as it lasts, and starts its processes.
 class Training {
  public:
@@ -68,8 +101,8 @@ class Training {
       : options_(options),
         loaded_(std::move(loaded)),
         num_actors_(options.actors > 0 ? options.actors : DefaultActors(loaded_.experiment.num_vehicles)),
-        network_(PrepareNetwork(loaded_.experiment.transport.group, loaded_.experiment.transport.ttl)),
-        ports_(PortBlock::Claim(loaded_.experiment.transport.base_port)),
+        network_(PrepareTransport(loaded_.experiment.transport)),
+        ports_(ClaimPorts(loaded_.experiment.transport)),
         directory_(options.resume.empty()
                        ? RunDirectory::Create(options.run_dir, loaded_.experiment.name, loaded_.resolved_text,
                                               loaded_.experiment.world.map.file, loaded_.experiment.planner.roadmap)
@@ -77,7 +110,10 @@ class Training {
         status_line_(stdout, StatusLine::ModeFor(stdout, options.quiet)) {
     log::Init("cairn", directory_.log_file("launcher"));
     const TransportConfig& transport = loaded_.experiment.transport;
-    bus_ = {transport.group, ports_.base_port(), transport.ttl, RandomId(), RandomId(), MakeKey()};
+    bus_ = {transport.group,  ports_ ? ports_->base_port() : transport.base_port,
+            transport.ttl,    RandomId(),
+            RandomId(),       MakeKey(),
+            transport.broker, transport.telemetry_broker};
     WriteRunInfo(directory_, {getpid(), bus_.run_id, bus_, network_, num_actors_});
   }
 
@@ -93,9 +129,12 @@ class Training {
   }
 
  private:
-  // The run's own, or a new one; none where no other host hears or sends.
+  // The run's own, or a new one; none where no other host hears or sends. LCM's broker takes connections from all hosts
+  // whatever address the run calls it by.
   std::optional<RunKey> MakeKey() const {
-    if (loaded_.experiment.transport.ttl == 0 || options_.insecure) return std::nullopt;
+    const TransportConfig& transport = loaded_.experiment.transport;
+    const bool reached = transport.leaves_host() || !transport.broker.empty();
+    if (!reached || options_.insecure) return std::nullopt;
     const std::string file = directory_.key_file();
     return std::filesystem::exists(file) ? ReadKeyFile(file) : CreateKeyFile(file);
   }
@@ -110,15 +149,20 @@ class Training {
     Say(fmt::format("{}: {} actors, {} vehicles, run directory {}", loaded_.experiment.name, num_actors_,
                     loaded_.experiment.num_vehicles, directory_.path()));
     if (!options_.resume.empty()) Say("going on from the newest checkpoint");
-    if (!ports_.note().empty()) Say(ports_.note());
-    if (bus_.ttl > 0) {
+    if (ports_ && !ports_->note().empty()) Say(ports_->note());
+    const bool leaves_host = loaded_.experiment.transport.leaves_host();
+    if (leaves_host) {
       std::string copied = "experiment.textproto";
       if (loaded_.experiment.world.imported != nullptr) copied += ", map";
       if (!loaded_.experiment.planner.roadmap.empty()) copied += ", roadmap";
       if (bus_.key) copied += " and key";
       Say(fmt::format("other hosts join with copies of the run directory's {}: {}", copied, JoinCommand(bus_)));
     }
-    if (bus_.ttl > 0 && !bus_.key) Say("no key: whoever can send to these ports can take part in the run");
+    if (!bus_.broker.empty()) Say(fmt::format("all messages go through the broker tcpq://{}", bus_.broker));
+    if ((leaves_host || !bus_.broker.empty()) && !bus_.key) {
+      Say(fmt::format("no key: whoever can send to {} can take part in the run",
+                      bus_.broker.empty() ? "these ports" : "the broker"));
+    }
     if (network_.is_private) {
       Say(fmt::format("no multicast route: running in a private network; look inside with: {}",
                       LookInsideCommand(getpid(), network_)));
@@ -147,12 +191,14 @@ class Training {
     options.experiment = directory_.experiment_file();
     options.run_dir = directory_.path();
     options.run_id = bus_.run_id;
-    options.transport = TransportConfig{bus_.group, bus_.base_port, bus_.ttl};
+    options.transport = TransportConfig{bus_.group, bus_.base_port, bus_.ttl, bus_.broker, ""};
     if (bus_.key) options.key = directory_.key_file();
-    options.insecure = bus_.ttl > 0 && !bus_.key;
+    options.insecure = loaded_.experiment.transport.leaves_host() && !bus_.key;
     options.parent_fd = supervisor.parent_fd();
     options.resume = !options_.resume.empty();
     options.actors = num_actors_;
+    options.replay_log = options_.replay_log;
+    options.replay_key = options_.replay_key;
     options.launch_utime_us = options_.launch_utime_us;
     return options;
   }
@@ -205,7 +251,7 @@ class Training {
   int num_actors_;
   NetworkInfo network_;  // entered while single-threaded: before anything below
   SignalEvents signals_;
-  PortBlock ports_;
+  std::optional<PortBlock> ports_;  // none over a broker
   RunDirectory directory_;
   StatusLine status_line_;
   BusConfig bus_;
@@ -216,6 +262,7 @@ class Training {
 
 int Train(const TrainOptions& options, const MakeStatusSource& make_status_source) {
   CheckSource(options);
+  CheckLog(options);
   LoadedExperiment loaded = options.resume.empty()
                                 ? LoadExperiment(options.file, options.overrides, options.place)
                                 : LoadExperiment(RunDirectory::Open(options.resume).experiment_file());

@@ -22,6 +22,8 @@ struct TrainOptions {
   PlaceArguments place;  ///< --map, --robot, --goal, --start
   bool quiet = false;
   bool insecure = false;        ///< no key though other hosts can reach the run (ttl ≥ 1)
+  std::string replay_log;       ///< LCM log to train on instead of what actors make; empty: none
+  std::string replay_key;       ///< file with the key it is sealed with; empty: none
   int max_restarts = 10;        ///< of all processes together within a minute
   int64_t launch_utime_us = 0;  ///< MonotonicUs() at the start of main
 };

@@ -13,6 +13,7 @@
 #include "common/bus/replay_window.h"
 #include "common/core/check.h"
 #include "common/core/hash.h"
+#include "tests/testing/lcm_broker.h"
 
 namespace cairn {
 namespace {
@@ -128,12 +129,13 @@ BENCHMARK(SealAndOpen)->Name("frame/seal_and_open")->Arg(1400)->Arg(8000)->Arg(6
 // A sender and a receiver of one run over real LCM on this host, with as much outstanding as an actor may have.
 class Stream {
  public:
-  Stream(int base_port, int bytes, const std::optional<RunKey>& key)
-      : sender_(Config(base_port, key)), receiver_(Config(base_port, key)), window_(1000000 / bytes) {
+  Stream(int base_port, int bytes, const std::optional<RunKey>& key, const std::string& broker = "")
+      : sender_(Config(base_port, key, broker)), receiver_(Config(base_port, key, broker)), window_(1000000 / bytes) {
     // The echo's payload fills the message up to the size that is measured.
     message_ = Encode(Echo{1, 0});
     message_ = Encode(Echo{1, bytes - static_cast<int>(message_.size()) - static_cast<int>(kTrailerBytes)});
     receiver_.SubscribeBytes(Plane::kExperience, "BENCH", [this](ByteSpan, const FrameInfo&) { ++received_; });
+    if (!broker.empty()) receiver_.CheckPlanes();  // a broker takes subscriptions up in its own time
   }
 
   /// Seconds that `messages` take from the first publish to the last arrival; 0 when one was lost.
@@ -153,8 +155,8 @@ class Stream {
   }
 
  private:
-  static BusConfig Config(int base_port, const std::optional<RunKey>& key) {
-    return {"239.255.76.67", base_port, 0, 1, RandomId(), key};
+  static BusConfig Config(int base_port, const std::optional<RunKey>& key, const std::string& broker) {
+    return {"239.255.76.67", base_port, 0, 1, RandomId(), key, broker};
   }
 
   Bus sender_, receiver_;
@@ -186,6 +188,38 @@ void Goodput(benchmark::State& state) {
   }
 }
 BENCHMARK(Goodput)->Name("bus/goodput")->Arg(1400)->Arg(60000)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+// The same over multicast and over LCM's own broker in turn; `ratio_to_udpm` is goodput over that of multicast.
+void GoodputOverBroker(benchmark::State& state) {
+  const int bytes = static_cast<int>(state.range(0));
+  const int64_t messages = 15000000 / bytes;
+  if (!testing::LcmBroker::Missing().empty()) return state.SkipWithError(testing::LcmBroker::Missing().c_str());
+  try {
+    const testing::LcmBroker broker(23030);
+    Stream udpm(23020, bytes, std::nullopt), tcpq(23020, bytes, std::nullopt, broker.address());
+    double udpm_s = 0, tcpq_s = 0;
+    for (auto _ : state) {
+      const double u = udpm.Send(messages), t = tcpq.Send(messages);
+      if (u == 0 || t == 0) return state.SkipWithError("a message was lost");
+      udpm_s += u;
+      tcpq_s += t;
+    }
+    const double total = static_cast<double>(state.iterations() * messages);
+    state.counters["udpm_per_s"] = total / udpm_s;
+    state.counters["tcpq_per_s"] = total / tcpq_s;
+    state.counters["tcpq_MB_per_s"] = 1e-6 * bytes * total / tcpq_s;
+    state.counters["ratio_to_udpm"] = udpm_s / tcpq_s;
+  } catch (const Error& error) {
+    state.SkipWithError(error.what());
+  }
+}
+BENCHMARK(GoodputOverBroker)
+    ->Name("bus/goodput_tcpq")
+    ->Arg(1400)
+    ->Arg(8000)
+    ->Arg(60000)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 }  // namespace
 }  // namespace cairn

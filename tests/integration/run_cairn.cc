@@ -45,7 +45,7 @@ TemporaryDirectory::~TemporaryDirectory() {
 
 Program::Program(const std::string& name, const std::vector<std::string>& arguments, const std::filesystem::path& log,
                  const std::map<std::string, std::string>& environment) {
-  const std::string path = std::string(CAIRN_BIN_DIR) + "/" + name;
+  const std::string path = (std::filesystem::path(CAIRN_BIN_DIR) / name).string();
   std::vector<std::string> words{path};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;

@@ -27,7 +27,7 @@ class TemporaryDirectory {
   std::filesystem::path path_;
 };
 
-/// A program of the build under test, running in the background.
+/// A program of the build under test (or any, by its absolute path), running in the background.
 class Program {
  public:
   /// `arguments` without the program's name; `environment` is added to the caller's. Output goes to `log`.

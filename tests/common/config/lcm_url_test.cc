@@ -14,6 +14,24 @@ TEST(LcmUrlTest, ReadsGroupFirstPortAndTtl) {
   EXPECT_EQ(ParseLcmUrl("udpm://239.1.2.3:65530"), (TransportConfig{"239.1.2.3", 65530, 0}));
 }
 
+TEST(LcmUrlTest, ReadsABroker) {
+  const TransportConfig transport = ParseLcmUrl("tcpq://node-1.cluster:7700");
+  EXPECT_EQ(transport.broker, "node-1.cluster:7700");
+  EXPECT_EQ(ToLcmUrl(transport), "tcpq://node-1.cluster:7700");
+  EXPECT_EQ(ParseLcmUrl(ToLcmUrl(transport)), transport);
+}
+
+TEST(LcmUrlTest, BrokersOnLoopbackAloneStayOnThisHost) {
+  for (const char* url :
+       {"tcpq://localhost:7700", "tcpq://127.0.0.1:7700", "tcpq://127.255.0.9:1", "udpm://239.1.2.3:7700"}) {
+    EXPECT_FALSE(ParseLcmUrl(url).leaves_host()) << url;
+  }
+  for (const char* url :
+       {"tcpq://10.0.0.1:7700", "tcpq://127.example.org:7700", "tcpq://node1:7700", "udpm://239.1.2.3:7700?ttl=1"}) {
+    EXPECT_TRUE(ParseLcmUrl(url).leaves_host()) << url;
+  }
+}
+
 TEST(LcmUrlTest, WritesWhatItReads) {
   const TransportConfig transport{"239.1.2.3", 7705, 3};
   EXPECT_EQ(ToLcmUrl(transport), "udpm://239.1.2.3:7705?ttl=3");
@@ -25,6 +43,15 @@ TEST(LcmUrlTest, AnythingElseIsRefusedNamingUrlAndRule) {
                           "udpm",
                           "udpm://",
                           "tcpq://239.1.2.3:7700?ttl=1",
+                          "tcpq://",
+                          "tcpq://host",
+                          "tcpq://:7700",
+                          "tcpq://host:0",
+                          "tcpq://host:65536",
+                          "tcpq://host:7700:7700",
+                          "tcpq://ho st:7700",
+                          "tcpq://[::1]:7700",
+                          "tcpq://a/b:7700",
                           "UDPM://239.1.2.3:7700",
                           " udpm://239.1.2.3:7700",
                           "udpm://239.1.2.3",

@@ -25,6 +25,17 @@ TEST(LoadErrorTest, UnknownKeyNamesFileLineKeyAndNearest) {
   EXPECT_EQ(ErrorOf("sed: 1\n"), "car.textproto:1: sed: unknown key; the nearest known one is seed");
 }
 
+TEST(LoadErrorTest, UrlOfABroker) {
+  EXPECT_EQ(
+      ErrorOf("transport {\n  url: \"tcpq://host\"\n}\n"),
+      "car.textproto:2: transport.url = \"tcpq://host\": the port is missing; it must be tcpq://HOST:PORT of an LCM "
+      "broker");
+  EXPECT_THAT(ErrorOf("", {"transport.url=udpm://239.1.2.3:7700"}),
+              HasSubstr("it does not begin with tcpq://; it must be tcpq://HOST:PORT"));
+  EXPECT_THAT(ErrorOf("", {"transport.telemetry_url=tcpq://localhost:7701"}),
+              HasSubstr("transport.telemetry_url = \"tcpq://localhost:7701\" goes with transport.url only"));
+}
+
 TEST(LoadErrorTest, KeyInTheWrongBlockIsFoundInItsOwn) {
   EXPECT_THAT(ErrorOf("batch_size: 3"), HasSubstr("the nearest known one is learner.batch_size"));
 }

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "common/config/lcm_url.h"
 #include "common/core/check.h"
 
 namespace cairn {
@@ -41,6 +42,8 @@ TEST(ProcessOptionsTest, ArgumentsReadBackToTheSameOptions) {
   ProcessOptions options = Full();
   options.actors = 3;
   options.launch_utime_us = 123456789;
+  options.replay_log = "/tmp/run log";
+  options.replay_key = "/tmp/key";
   const auto learner = Parse(ProcessKind::kLearner, ToArguments(ProcessKind::kLearner, options));
   ASSERT_TRUE(learner.has_value());
   EXPECT_EQ(learner->experiment, options.experiment);
@@ -53,6 +56,8 @@ TEST(ProcessOptionsTest, ArgumentsReadBackToTheSameOptions) {
   EXPECT_EQ(learner->log_level, "debug");
   EXPECT_EQ(learner->actors, 3);
   EXPECT_EQ(learner->launch_utime_us, 123456789);
+  EXPECT_EQ(learner->replay_log, "/tmp/run log");
+  EXPECT_EQ(learner->replay_key, "/tmp/key");
 }
 
 TEST(ProcessOptionsTest, ActorHasIdAndGeneration) {
@@ -84,8 +89,8 @@ TEST(ProcessOptionsTest, WrongArgumentsAreNamed) {
   EXPECT_THAT(ErrorOf(ProcessKind::kPlanner, {"f", "--run-id", "0"}), HasSubstr("--run-id 0"));
   EXPECT_THAT(ErrorOf(ProcessKind::kActor, {"f", "--run-id", "1", "--actorid", "2"}),
               HasSubstr("nearest known one is --actor-id"));
-  EXPECT_THAT(ErrorOf(ProcessKind::kActor, {"f", "--run-id", "1", "--lcm-url", "tcpq://localhost:7700"}),
-              HasSubstr("--lcm-url tcpq://localhost:7700"));
+  EXPECT_THAT(ErrorOf(ProcessKind::kActor, {"f", "--run-id", "1", "--lcm-url", "http://localhost:7700"}),
+              HasSubstr("--lcm-url http://localhost:7700"));
   EXPECT_THAT(ErrorOf(ProcessKind::kActor, {"f", "--run-id", "1", "--key", "k", "--insecure"}),
               HasSubstr("--insecure: it does not go with --key"));
   EXPECT_THAT(ErrorOf(ProcessKind::kActor, {"f", "--experiment", "g", "--run-id", "1"}), HasSubstr("--experiment"));
@@ -118,6 +123,18 @@ TEST(ProcessOptionsTest, OtherHostsNeedAKeyOrInsecure) {
   EXPECT_NO_THROW(LoadProcessExperiment(options));
   options.insecure = false;
   options.key = "key";
+  EXPECT_NO_THROW(LoadProcessExperiment(options));
+}
+
+TEST(ProcessOptionsTest, BrokersElsewhereNeedAKeyToo) {
+  ProcessOptions options = CarMaze(ParseLcmUrl("tcpq://node1:7700"));
+  try {
+    LoadProcessExperiment(options);
+    FAIL();
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("tcpq://node1:7700: other hosts can send to this run"));
+  }
+  options.transport = ParseLcmUrl("tcpq://localhost:7700");
   EXPECT_NO_THROW(LoadProcessExperiment(options));
 }
 
