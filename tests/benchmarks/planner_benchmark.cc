@@ -350,7 +350,9 @@ void TablesServed(benchmark::State& state) {
     come = 0;
     size_t next = 0;
     for (auto _ : state) {
-      for (int i = 0; i < kTables; ++i) pull(maze.points[next++ % kQueries] + 1e-6 * Vector3d(1.0 * next, 0, 0));
+      for (int i = 0; i < kTables; ++i, ++next) {
+        pull(maze.points[next % kQueries] + 1e-6 * Vector3d(static_cast<double>(next), 0, 0));
+      }
       if (!wait()) return state.SkipWithError("a table did not come");
     }
     state.counters["tables_per_s"] = benchmark::Counter(static_cast<double>(come), benchmark::Counter::kIsRate);
