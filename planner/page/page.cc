@@ -164,13 +164,8 @@ std::string MakePage(const World& world, const Roadmap* roadmap, const CostTable
   if (roadmap && table && static_cast<int>(table->cost.size()) != roadmap->num_vertices()) {
     ThrowError("page: cost table of {} vertices, roadmap of {}", table->cost.size(), roadmap->num_vertices());
   }
-<<<<<<< HEAD
   Json data = {{"title", options.title}, {"subtitle", options.subtitle}, {"world", WorldJson(world, options)}};
-  if (roadmap) data["roadmap"] = RoadmapJson(*roadmap, table);
-=======
-  Json data = {{"title", options.title}, {"subtitle", options.subtitle}, {"world", WorldJson(world, options.regions)}};
   if (roadmap) data["roadmap"] = RoadmapJson(*roadmap, table, options.longest_edge);
->>>>>>> 1c16066 ([planner] Taut ways: costs near those of any direction)
   if (roadmap && table && options.optimal_path) data["path"] = PathJson(OptimalPath(world, *roadmap, *table));
   data["trajectories"] = TrajectoriesJson(trajectories);
   data["vehicleRadius"] = Round(options.vehicle_radius);

@@ -122,13 +122,9 @@ def plan_page(cairn, experiment, page):
     """Writes the page of an experiment; returns what it must have drawn."""
     out = run([cairn, "plan", experiment, "--html", page])
     number = lambda pattern: int(re.search(pattern, out).group(1))
-<<<<<<< HEAD
-    return {"boxes": number(r"(\d+) obstacles"), "cylinders": 0, "vertices": number(r"vertices +(\d+)"),
-            "edges": number(r"edges +(\d+)"), "doors": number(r"doors +(\d+)"), "trajectories": {}}
-=======
-    return {"boxes": number(r"(\d+) obstacles"), "cylinders": 0, "vertices": number(r"vertices +(\d+)") - number(r"(\d+) of them bends"),
-            "edges": number(r"edges +(\d+)"), "trajectories": {}}
->>>>>>> 1c16066 ([planner] Taut ways: costs near those of any direction)
+    return {"boxes": number(r"(\d+) obstacles"), "cylinders": 0,
+            "vertices": number(r"vertices +(\d+)") - number(r"(\d+) of them bends"), "edges": number(r"edges +(\d+)"),
+            "doors": number(r"doors +(\d+)"), "trajectories": {}}
 
 
 def eval_page(cairn, run_dir, page, planned):
