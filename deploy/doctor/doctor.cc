@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "common/core/check.h"
 #include "deploy/doctor/finding.h"
 #include "deploy/doctor/host_checks.h"
 #include "deploy/doctor/network_checks.h"
@@ -87,6 +88,7 @@ void LookAtHost(const Subject& subject, Report* report) {
 }
 
 void LookAtNetwork(const Subject& subject, Report* report) {
+  if (!subject.transport.broker.empty()) return report->Add(CheckBroker(subject));
   // The route first: where there is none, a private network is what the other lines are about.
   const Finding route = CheckRoute(subject);
   report->Add(route);
@@ -102,6 +104,10 @@ int Doctor(const DoctorOptions& options) {
   Subject subject = FindSubject(options);
   // The defaults stay on one host, and who names no run but a peer means two.
   if (options.peer && subject.from_defaults) subject.transport.ttl = 1;
+  if (options.peer && !subject.transport.broker.empty()) {
+    ThrowUsageError("--peer: it measures multicast, and this run's messages go over the broker at tcpq://{}",
+                    subject.transport.broker);
+  }
   const bool measure = options.peer && subject.transport.ttl > 0;
   Report report(options.json);
   LookAtHost(subject, &report);

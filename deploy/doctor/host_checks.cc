@@ -84,7 +84,7 @@ Finding CheckClock() {
 Finding CheckCpu(const Subject& subject) {
   const std::string target = GemmTarget();
   const std::string seen = fmt::format("{} for this process, matrix kernels '{}'", AvailableCpus(), target);
-  if (subject.transport.ttl > 0 && !subject.insecure) {
+  if (subject.transport.leaves_host() && !subject.insecure) {
     try {
       RequireKeyedFrames();
     } catch (const Error& error) {

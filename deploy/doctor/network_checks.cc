@@ -4,6 +4,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "common/bus/broker_connection.h"
 #include "common/bus/bus.h"
 #include "common/core/check.h"
 #include "common/core/hash.h"
@@ -196,6 +197,21 @@ Finding CheckEcho(const Subject& subject) {
   }
   return Ok("echo", fmt::format("{} bytes come back on ports {} to {}", bytes, subject.transport.base_port,
                                 subject.transport.base_port + kNumPlanes - 1));
+}
+
+Finding CheckBroker(const Subject& subject) {
+  std::string seen;
+  for (const std::string& broker : {subject.transport.broker, subject.transport.telemetry_broker}) {
+    if (broker.empty()) continue;
+    const std::string fault = ProbeBroker(broker);
+    if (!fault.empty()) {
+      return Fail("broker", fmt::format("tcpq://{}: {}", broker, fault),
+                  fmt::format("on that host: {}; let TCP port {} pass its firewall", BrokerCommand(broker),
+                              broker.substr(broker.find(':') + 1)));
+    }
+    seen += fmt::format("{}tcpq://{} answers", seen.empty() ? "" : ", ", broker);
+  }
+  return Ok("broker", seen + "; multicast is not used");
 }
 
 }  // namespace cairn::deploy

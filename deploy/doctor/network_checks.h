@@ -19,6 +19,9 @@ Finding CheckFragments(const Subject& subject);
 /// step it stops.
 Finding CheckEcho(const Subject& subject);
 
+/// The brokers of a run whose messages go over LCM's broker instead of multicast.
+Finding CheckBroker(const Subject& subject);
+
 /// What lets UDP ports [first, last] pass a firewall.
 std::string FirewallCure(int first, int last);
 

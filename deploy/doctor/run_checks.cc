@@ -123,6 +123,7 @@ Finding CheckPorts(const Subject& subject) {
 }
 
 Finding CheckTtl(const Subject& subject) {
+  if (!subject.transport.broker.empty()) return Ok("ttl", "not used: messages go over the broker");
   const int ttl = subject.transport.ttl;
   const std::string heard = HeardFrom(subject.transport);
   const std::string hears = heard.empty() ? "" : fmt::format("; hears {}", heard);
@@ -144,7 +145,7 @@ Finding TtlForbidsPeer(const Subject&) {
 
 Finding CheckKey(const Subject& subject) {
   const std::string& file = subject.key_file;
-  if (subject.transport.ttl == 0) return Ok("key", "not needed: ttl 0");
+  if (!subject.transport.leaves_host()) return Ok("key", "not needed: messages stay on this host");
   if (subject.insecure) {
     return Warn("key", "none: whoever can send to the ports can take part in the run",
                 "--key FILE in the place of --insecure");

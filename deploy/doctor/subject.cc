@@ -39,7 +39,8 @@ void ReadRun(const RunDirectory& run, Subject* subject) {
   subject->key_required = true;
   if (!fs::exists(run.info_file())) return;  // started by hand
   const RunInfo info = ReadRunInfo(run);
-  subject->transport = TransportConfig{info.bus.group, info.bus.base_port, info.bus.ttl};
+  subject->transport =
+      TransportConfig{info.bus.group, info.bus.base_port, info.bus.ttl, info.bus.broker, info.bus.telemetry_broker};
   subject->run_host = info.host;
   if (!IsLive(info)) return;
   subject->live_pid = info.pid;
