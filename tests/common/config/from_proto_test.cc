@@ -31,9 +31,11 @@ void SetOther(Message* message, const FieldDescriptor* field) {
       return reflection->SetDouble(message, field, field->default_value_double() + 0.71);
     case FieldDescriptor::CPPTYPE_STRING:
       return reflection->SetString(message, field, "another");
-    case FieldDescriptor::CPPTYPE_ENUM:
-      return reflection->SetEnumValue(message, field,
-                                      field->enum_type()->value(field->enum_type()->value_count() - 1)->number());
+    case FieldDescriptor::CPPTYPE_ENUM: {
+      const auto* last = field->enum_type()->value(field->enum_type()->value_count() - 1);
+      const auto* other = last == field->default_value_enum() ? field->enum_type()->value(0) : last;
+      return reflection->SetEnumValue(message, field, other->number());
+    }
     default:
       FAIL() << "no value for the type of " << field->full_name();
   }
@@ -108,7 +110,11 @@ TEST(FromProtoTest, StructDefaultsAreThoseOfTheSchema) {
   resolved.planner.grid_cell = plain.planner.grid_cell;
   resolved.planner.radius = plain.planner.radius;
   resolved.vehicle.scan.range = plain.vehicle.scan.range;
+  resolved.planner.repair_margin = plain.planner.repair_margin;
   resolved.world.unseen_obstacle_size = plain.world.unseen_obstacle_size;
+  resolved.world.person_radius = plain.world.person_radius;
+  resolved.world.person_speed = plain.world.person_speed;
+  resolved.safety.margin = plain.safety.margin;
   resolved.observation = plain.observation;
   EXPECT_EQ(resolved, plain);
 }

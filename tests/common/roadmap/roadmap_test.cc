@@ -85,7 +85,9 @@ TEST(RoadmapBlobTest, RoundTripsAndRefusesDamage) {
     roadmap.num_bends = bends;
     const auto bent = UnpackPositions(PackPositions(roadmap));
     ASSERT_EQ(bent.has_value(), bends == 1);
-    if (bent) EXPECT_EQ(bent->num_bends, 1);
+    if (bent) {
+      EXPECT_EQ(bent->num_bends, 1);
+    }
   }
   CostTable table;
   table.roadmap_hash = 5;

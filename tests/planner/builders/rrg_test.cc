@@ -133,7 +133,7 @@ TEST(RrgPassageTest, SamplesThatShowAMissingPassageAreAdded) {
   }
   EXPECT_GT(rrg.ConnectPassages(samples, 0.1), 0);  // so sparse a graph lacks some
   const Roadmap roadmap = rrg.roadmap();
-  const std::vector<float> cost = ComputeShortestPaths(roadmap, {0}).cost;
+  const std::vector<float> cost = ComputeShortestPaths(roadmap, std::vector<int32_t>{0}).cost;
   for (const Vector3d& sample : samples) {
     double highest = -1e300, lowest = 1e300;
     for (int v = 0; v < roadmap.num_vertices(); ++v) {

@@ -98,7 +98,7 @@ TEST_P(TautWaysTest, StraightWaysHaveNoLongDetour) {
   RandomStream random(3, RandomPurpose::kTest);
   for (int i = 0; i < 40; ++i) {
     const auto v = static_cast<int32_t>(random.Below(static_cast<uint32_t>(taut_.num_vertices())));
-    const ShortestPaths paths = ComputeShortestPaths(taut_, {v});
+    const ShortestPaths paths = ComputeShortestPaths(taut_, std::vector<int32_t>{v});
     for (int u = 0; u < taut_.num_vertices(); ++u) {
       const double length = (taut_.position(u) - taut_.position(v)).norm();
       if (length > 2 * kEta || !scene_.checker.MotionFree(taut_.position(u), taut_.position(v))) continue;

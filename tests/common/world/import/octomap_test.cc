@@ -128,10 +128,10 @@ TEST(OctomapErrorTest, NamesWhatIsWrong) {
   EXPECT_THAT(error("# Octomap OcTree binary file\nid OcTree\nsize 1\nres abc\ndata\n"),
               HasSubstr("a.bt:4: res is not a number"));
   // One free leaf of 2^15 voxels a side is more than a grid may hold.
-  EXPECT_THAT(error(kHeader + std::string("\x01\x00", 2)), HasSubstr("cells"));
+  EXPECT_THAT(error(std::string(kHeader) + std::string("\x01\x00", 2)), HasSubstr("cells"));
   // A tree that goes on and on.
-  EXPECT_THAT(error(kHeader + std::string(200, '\x03')), HasSubstr("deeper than 16 levels"));
-  EXPECT_THAT(error(kHeader + std::string("\x02\x00", 2)), HasSubstr("no voxel is free"));
+  EXPECT_THAT(error(std::string(kHeader) + std::string(200, '\x03')), HasSubstr("deeper than 16 levels"));
+  EXPECT_THAT(error(std::string(kHeader) + std::string("\x02\x00", 2)), HasSubstr("no voxel is free"));
 }
 
 }  // namespace
