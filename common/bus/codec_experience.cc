@@ -171,7 +171,7 @@ std::optional<Experience> Decode<Experience>(ByteSpan bytes) {
   const size_t states = walker.Count();
   const size_t state_data = walker.Count();
   walker.Array(segments, 4 * 4 + 1 + 2 * 8);
-  walker.Array(episodes, 2 * 1 + 3 * 4 + 8 + 6 * 4);
+  walker.Array(episodes, 2 * 1 + 4 * 4 + 8 + 6 * 4);
   walker.Array(data, 4);
   walker.Array(states, 4 * 4 + 8);
   walker.Array(state_data, 1);
