@@ -68,7 +68,7 @@ TEST_F(PersonsTest, AreSeenByRaysAndFeltOnContact) {
   EXPECT_TRUE(touches(-0.035 - 0.049, 0, 0));
   EXPECT_FALSE(touches(0, 0.025 + 0.051, 0));
   EXPECT_TRUE(touches(0, 0.025 + 0.049, 0));
-  EXPECT_FALSE(touches(0, 0.025 + 0.049 + 0.011, M_PI / 2));
+  EXPECT_FALSE(touches(0, 0.025 + 0.049 + 0.012, M_PI / 2));
 }
 
 TEST_F(PersonsTest, AreAbsentWhereTheWayIsTooShortOrNobodyIsAskedFor) {

@@ -59,7 +59,7 @@ TEST(RolloutTest, WhatAVehicleDoesDoesNotDependOnItsCompany) {
   Rollout all(scene), one(scene);
   all.Assign({0, 1, 2}, {0, 0, 0}, {0, 0, 0});
   one.Assign({1}, {0}, {0});
-  for (int i = 0; i < 120; ++i) {
+  for (int i = 0; i < 400; ++i) {
     all.Step({0, 1, 2}, Context(&policy));
     one.Step({0}, Context(&policy));
   }
@@ -68,7 +68,7 @@ TEST(RolloutTest, WhatAVehicleDoesDoesNotDependOnItsCompany) {
   EXPECT_EQ(a.actions, b.actions);
   EXPECT_EQ(a.rewards, b.rewards);
   EXPECT_EQ(a.ends, b.ends);
-  EXPECT_EQ(a.rewards.size(), 120u);
+  EXPECT_EQ(a.rewards.size(), 400u);
   EXPECT_FALSE(a.ends.empty()) << "the test should see an episode end";
 }
 

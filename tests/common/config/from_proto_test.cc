@@ -111,6 +111,7 @@ TEST(FromProtoTest, StructDefaultsAreThoseOfTheSchema) {
   resolved.planner.radius = plain.planner.radius;
   resolved.vehicle.scan.range = plain.vehicle.scan.range;
   resolved.planner.repair_margin = plain.planner.repair_margin;
+  resolved.planner.repair_mark_radius = plain.planner.repair_mark_radius;
   resolved.world.unseen_obstacle_size = plain.world.unseen_obstacle_size;
   resolved.world.person_radius = plain.world.person_radius;
   resolved.world.person_speed = plain.world.person_speed;

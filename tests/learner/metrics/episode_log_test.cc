@@ -57,8 +57,8 @@ TEST(EpisodeLogTest, GoesOnWhereItEnded) {
   { EpisodeLog(path).Add(GoalEpisode(), 1, 1.0); }
   { EpisodeLog(path, static_cast<int64_t>(std::filesystem::file_size(path))).Add(GoalEpisode(), 2, 2.0); }
   EXPECT_EQ(ReadText(path), std::string(kHeader) +
-                                "0,7,3,42,15.5,goal,1234,4.15,2.25,2,0.0125,0.5,1,1.000\n"
-                                "1,7,3,42,15.5,goal,1234,4.15,2.25,2,0.0125,0.5,2,2.000\n");
+                                "0,7,3,42,15.5,goal,1234,4.15,2.25,2,0.0125,0.5,6,1,1.000\n"
+                                "1,7,3,42,15.5,goal,1234,4.15,2.25,2,0.0125,0.5,6,2,2.000\n");
   std::filesystem::remove(path);
 }
 
