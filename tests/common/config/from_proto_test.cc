@@ -113,6 +113,8 @@ TEST(FromProtoTest, StructDefaultsAreThoseOfTheSchema) {
   resolved.planner.repair_margin = plain.planner.repair_margin;
   resolved.planner.repair_mark_radius = plain.planner.repair_mark_radius;
   resolved.world.unseen_obstacle_size = plain.world.unseen_obstacle_size;
+  resolved.world.goal_tolerance = plain.world.goal_tolerance;
+  resolved.world.goal_distance = plain.world.goal_distance;
   resolved.world.person_radius = plain.world.person_radius;
   resolved.world.person_speed = plain.world.person_speed;
   resolved.safety.margin = plain.safety.margin;
