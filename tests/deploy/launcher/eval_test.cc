@@ -163,7 +163,8 @@ TEST_F(EvalTest, MapsNameWhatIsMissing) {
 
 TEST_F(EvalTest, ChangesOfTheExperimentAreConditionsNotAnotherPolicy) {
   const auto with = Json(RunEval({"--json", "--controller", "pure_pursuit", "--set", "safety.filter=EVALUATION"}));
-  EXPECT_GE(with.at("filtered_steps"), 0);
+  // That it filters anything is not held yet (docs/robustness.md).
+  EXPECT_TRUE(with.contains("filtered_steps"));
   const auto without = Json(RunEval({"--json", "--controller", "pure_pursuit"}));
   EXPECT_EQ(without.at("filtered_steps"), 0);
   SaveRandomPolicy("last");
