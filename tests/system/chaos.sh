@@ -136,8 +136,8 @@ check "nothing lost or doubled, as the learner counts" \
   "$(($(value transitions_lost "$summary") != 0 || $(value transitions_duplicate "$summary") != 0))" \
   "lost $(value transitions_lost "$summary"), duplicate $(value transitions_duplicate "$summary")"
 check "every victim back within $patience s" "$([[ -z $late ]]; echo $?)" "slowest $slowest ms${late:+, late:$late}"
-check "the planner came back" "$([[ $(grep -c 'roadmap:' "$work/run/log/planner.log") == 2 ]]; echo $?)" \
-  "$(grep -c 'roadmap:' "$work/run/log/planner.log") roadmaps built"
+check "the planner came back" "$([[ $(grep -c 'serving roadmap' "$work/run/log/planner.log") == 2 ]]; echo $?)" \
+  "$(grep -c 'serving roadmap' "$work/run/log/planner.log") times ready to serve"
 resumed=$(grep -o 'resumed at [0-9]*' "$log" | cut -d' ' -f3)
 check "rolled back at most one interval" "$((before - ${resumed:-0} > rate * interval * 3 / 2))" \
   "learner killed after $before, went on at ${resumed:-0}; transitions_rolled_back $(value transitions_rolled_back "$summary")"
