@@ -1,6 +1,7 @@
 // How many of the car's transitions a second one learner takes in from several processes: the real coordinator and
 // replay buffer here, senders that stream made-up segments over the reliable stream as actors do. `raw` is plain LCM
-// with the same messages, checked and decoded but neither acknowledged nor sent again: what does not arrive is gone.
+// with the same messages, checked, decoded and put into the same replay buffer, but neither judged, acknowledged nor sent
+// again: what does not arrive is gone.
 // `cairn-bench-ingest sender …` is one sender. CAIRN_BENCH_HOSTS="h1 h2 …" starts sender i in the network namespace
 // h_i.
 #include <benchmark/benchmark.h>
@@ -30,6 +31,7 @@ constexpr int kCarActions = 2;  // speed and yaw rate
 using std::chrono::milliseconds;
 
 constexpr uint64_t kExperimentHash = 1;
+constexpr int64_t kReplayRows = 500000;
 constexpr int kSegmentSteps = 10;
 constexpr int kEpisodeSteps = 300;
 constexpr int kVehicles = 64;  // of each sender
@@ -228,6 +230,10 @@ void AnnounceTable(Bus* bus) {
                TableInfo{.experiment_hash = kExperimentHash, .roadmap_hash = 8, .table_hash = 9});
 }
 
+learner::ReplayBuffer MakeReplay(const Experiment& e) {
+  return {kReplayRows, ObservationSize(e), kCarActions, 3, 0.99};
+}
+
 struct Ingested {
   int64_t transitions = 0;
   double seconds = 0;
@@ -239,7 +245,7 @@ struct Ingested {
 Ingested Ingest(const Experiment& experiment, int senders, double seconds) {
   const int64_t run_id = RandomId();
   Bus bus(MakeBusConfig(experiment, run_id));
-  learner::ReplayBuffer replay(500000, ObservationSize(experiment), kCarActions, 3, 0.99);
+  learner::ReplayBuffer replay = MakeReplay(experiment);
   learner::Coordinator coordinator(&bus, experiment, kExperimentHash, senders, 1);
   coordinator.Start();
   const Senders processes(experiment, senders, run_id, false);
@@ -282,9 +288,10 @@ Ingested Ingest(const Experiment& experiment, int senders, double seconds) {
 Ingested IngestRaw(const Experiment& experiment, int senders, double seconds) {
   const int64_t run_id = RandomId();
   Bus bus(MakeBusConfig(experiment, run_id));
+  learner::ReplayBuffer replay = MakeReplay(experiment);
   Ingested result;
   bus.Subscribe<Experience>(Plane::kExperience, kExperienceChannels, [&](const Experience& e, const FrameInfo&) {
-    for (const Segment& segment : e.segments) result.transitions += segment.num_steps();
+    for (const Segment& segment : e.segments) result.transitions += replay.Insert(segment);
   });
   std::vector<Hello> joined;
   bus.Subscribe<Hello>(Plane::kExperience, kHelloChannel, [&](const Hello& hello, const FrameInfo&) {

@@ -188,8 +188,8 @@ TEST_F(BrokerTest, ComesBackWithTheBroker) {
 }
 
 // Whoever subscribes and does not read stalls the broker's thread of each publisher on that plane: those drop, nobody
-// waits, and the other planes go on.
-TEST_F(BrokerTest, DISABLED_SlowWatcherStallsTelemetryOnly) {
+// waits, and the other planes go on. (While it lasts nobody may connect, or the broker stalls them all: docs/operations.md.)
+TEST_F(BrokerTest, SlowWatcherStallsTelemetryOnly) {
   Bus receiver(Config()), sender(Config());
   int received = 0, telemetry = 0;
   receiver.Subscribe<ActorStatus>(Plane::kExperience, kStatusChannel,
@@ -197,6 +197,10 @@ TEST_F(BrokerTest, DISABLED_SlowWatcherStallsTelemetryOnly) {
   receiver.Subscribe<TableChunk>(Plane::kTelemetry, "CAIRN_LEARNER",
                                  [&](const TableChunk&, const FrameInfo&) { ++telemetry; });
   receiver.CheckPlanes();
+  EXPECT_TRUE(PollUntil(&receiver, [&] {
+    sender.Publish(Plane::kExperience, kStatusChannel, ActorStatus{});
+    return received > 0;
+  }));
   {
     const Tcp slow(broker_->address());
     for (const uint32_t word : {0x287617fbu, 0x0100u, 2u}) slow.Write(word);
@@ -206,9 +210,10 @@ TEST_F(BrokerTest, DISABLED_SlowWatcherStallsTelemetryOnly) {
       for (int i = 0; i < 20; ++i) sender.Publish(Plane::kTelemetry, kLearnerChannel, large);
       return sender.stats().dropped > 0;
     }));
-    EXPECT_FALSE(sender.outage());  // the experience plane is what counts, once it is used
+    EXPECT_FALSE(sender.outage());  // the experience plane is what counts
+    const int before = received;
     for (int i = 0; i < 100; ++i) sender.Publish(Plane::kExperience, kStatusChannel, ActorStatus{});
-    EXPECT_TRUE(PollUntil(&receiver, [&] { return received == 100; }));
+    EXPECT_TRUE(PollUntil(&receiver, [&] { return received >= before + 100; }));
     telemetry = 0;
   }
   EXPECT_TRUE(PollUntil(&receiver, [&] { return telemetry > 0; }));  // it has gone, and all is well again
