@@ -5,6 +5,9 @@
 namespace cairn::actors {
 namespace {
 
+// A mark that is confirmed for so long stands still: a passer-by of half a robot length a second is out of a mark's
+// radius sooner.
+constexpr double kStands = 1.5;  // [s]
 // After so many lifetimes also that there was a mark is forgotten.
 constexpr double kMemory = 16;
 
@@ -26,11 +29,16 @@ Marks::Mark* Marks::Find(const Vector3d& p) {
 bool Marks::Add(const Vector3d& p, double time) {
   Mark* mark = Find(p);
   if (mark == nullptr) {
-    marks_.push_back({p, time, lifetime_, true});
+    marks_.push_back({p, time, time, lifetime_, true, false});
     return true;
   }
   const bool news = !mark->in_force;
-  if (news) mark->lifetime *= 2;
+  if (news) mark->since = time;
+  mark->found_again = news || mark->found_again;
+  if (mark->found_again && time - mark->since >= kStands) {
+    mark->lifetime *= 2;
+    mark->found_again = false;
+  }
   mark->in_force = true;
   mark->seen = time;
   return news;
@@ -67,7 +75,8 @@ void Marks::Write(BlobWriter& blob) const {
   blob.Put(static_cast<uint64_t>(marks_.size()));
   for (const Mark& mark : marks_) {
     blob.Put(mark.p.x()), blob.Put(mark.p.y()), blob.Put(mark.p.z());
-    blob.Put(mark.seen), blob.Put(mark.lifetime), blob.Put(mark.in_force);
+    blob.Put(mark.since), blob.Put(mark.seen), blob.Put(mark.lifetime);
+    blob.Put(mark.in_force), blob.Put(mark.found_again);
   }
 }
 
@@ -78,7 +87,8 @@ void Marks::Read(BlobReader& blob) {
   for (uint64_t i = 0; i < count; ++i) {
     Mark mark;
     blob.Get(mark.p.x()), blob.Get(mark.p.y()), blob.Get(mark.p.z());
-    blob.Get(mark.seen), blob.Get(mark.lifetime), blob.Get(mark.in_force);
+    blob.Get(mark.since), blob.Get(mark.seen), blob.Get(mark.lifetime);
+    blob.Get(mark.in_force), blob.Get(mark.found_again);
     marks_.push_back(mark);
   }
 }

@@ -9,8 +9,9 @@ namespace cairn::actors {
 
 /// Obstacles that vehicles have found in a world and the map does not have. A mark is forgotten when nobody has seen it
 /// for its lifetime or when somebody has seen through it: a passer-by closes no corridor for good. A place that is
-/// found blocked again after its mark was forgotten unseen is believed twice as long as the last time, so that nobody
-/// runs back and forth before a shut door for ever. What was seen to be free begins anew. One thread.
+/// found blocked again after its mark was forgotten unseen, and stays so while it is seen, is believed twice as long as
+/// the last time, so that nobody runs back and forth before a shut door for ever. What was seen to be free begins anew.
+/// One thread.
 class Marks {
  public:
   /// `radius` [m] > 0: marks nearer to each other than this are one. `lifetime` [s] > 0: of a first mark.
@@ -33,9 +34,11 @@ class Marks {
  private:
   struct Mark {
     Vector3d p = Vector3d::Zero();
+    double since = 0;     // when it was found, the last time [s]
     double seen = 0;      // when last [s]
     double lifetime = 0;  // [s]
     bool in_force = false;
+    bool found_again = false;  // and has not stood for long since then
   };
   Mark* Find(const Vector3d& p);
 

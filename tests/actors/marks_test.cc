@@ -32,9 +32,21 @@ TEST(MarksTest, APlaceThatIsFoundBlockedAgainIsBelievedTwiceAsLong) {
   double time = 0;
   for (const double lifetime : {8, 16, 32}) {
     EXPECT_TRUE(marks.Add(kDoor, time));
+    time += 2;
+    EXPECT_FALSE(marks.Add(kDoor, time)) << "seen to stand for two seconds";
     EXPECT_FALSE(marks.Forget(time + lifetime));
     time += lifetime + 1;
     EXPECT_TRUE(marks.Forget(time));
+  }
+}
+
+TEST(MarksTest, ButNotTwiceAsLongAfterSomebodyOnlyPassedAgain) {
+  Marks marks(0.02, 8);
+  for (double time = 0; time < 100; time += 20) {
+    EXPECT_TRUE(marks.Add(kDoor, time));
+    EXPECT_FALSE(marks.Add(kDoor, time + 1));
+    EXPECT_FALSE(marks.Forget(time + 9));
+    EXPECT_TRUE(marks.Forget(time + 9.1));
   }
 }
 
