@@ -180,22 +180,36 @@ int RoadmapLookup::EntryVertex(const Vector3d& p, const DistanceField& field, do
   return vertex >= 0 ? vertex : NearestVertex(p);
 }
 
+// The last leg leads to the middle of the goal: paths end at its edge, and a vehicle before that would have nothing
+// ahead.
 Vector3d RoadmapLookup::PointAlong(const Vector3d& p, int entry, double distance) const {
   CAIRN_CHECK(entry >= 0 && entry < num_vertices(), "entry vertex {} of {}", entry, num_vertices());
-  Vector3d from = p;
+  Vector3d from = p, to = p;
   if (dimension_ == 2) from.z() = 0;
+  const auto arrives = [&](const Vector3d& next) {
+    to = next;
+    const double length = (to - from).norm();
+    if (distance <= length) {
+      if (length > 0) to = from + (to - from) * (distance / length);
+      return true;
+    }
+    distance -= length;
+    from = to;
+    return false;
+  };
   int vertex = entry;
   // At most V edges, so that a table with a cycle (never ours) cannot hang the caller.
   for (int edges = 0; edges <= num_vertices(); ++edges) {
-    const Vector3d to = position(vertex);
-    const double length = (to - from).norm();
-    if (distance <= length) return length > 0 ? Vector3d(from + (to - from) * (distance / length)) : to;
-    distance -= length;
-    from = to;
+    if (arrives(position(vertex))) return to;
     if (table_.next_vertex[vertex] < 0) break;
     vertex = table_.next_vertex[vertex];
   }
-  return from;
+  if (table_.cost[vertex] == 0) {
+    Vector3d middle = table_.goal.center();
+    if (dimension_ == 2) middle.z() = 0;
+    arrives(middle);
+  }
+  return to;
 }
 
 }  // namespace cairn

@@ -118,9 +118,10 @@ TEST(RoadmapEntryTest, IsMinusOneWithoutAReachableVertex) {
   EXPECT_EQ(w.Lookup(0.15).EntryVertex(Vector3d(1.1, 0.5, 0), field, 0.01), -1);
 }
 
-TEST(RoadmapPathTest, PointAlongFollowsTheTableAndStopsAtItsEnd) {
+TEST(RoadmapPathTest, PointAlongFollowsTheTableAndStopsInTheMiddleOfTheGoal) {
   Cloud cloud;
-  cloud.positions = {0, 0, 1, 0, 1, 2};  // an L: 2 → 1 → 0
+  cloud.table.goal = {{-0.2, -0.4, 0}, {0.2, 0, 1}};
+  cloud.positions = {0, 0, 1, 0, 1, 2};  // an L: 2 → 1 → 0, which is at the goal's edge
   cloud.table.cost = {0, 1, 3};
   cloud.table.next_vertex = {-1, 0, 1};
   const RoadmapLookup lookup(2, cloud.positions, cloud.table, 0.1);
@@ -131,7 +132,9 @@ TEST(RoadmapPathTest, PointAlongFollowsTheTableAndStopsAtItsEnd) {
   EXPECT_TRUE(at(0.5).isApprox(Vector3d(1, 2, 0)));
   EXPECT_TRUE(at(2).isApprox(Vector3d(1, 0.5, 0)));
   EXPECT_TRUE(at(3).isApprox(Vector3d(0.5, 0, 0)));
-  EXPECT_LT(at(99).norm(), 1e-12);
+  EXPECT_TRUE(at(3.6).isApprox(Vector3d(0, -0.1, 0)));
+  EXPECT_TRUE(at(99).isApprox(Vector3d(0, -0.2, 0)));
+  EXPECT_TRUE(lookup.PointAlong(Vector3d(0, 0, 0), 0, 0.1).isApprox(Vector3d(0, -0.1, 0)));
   EXPECT_TRUE(lookup.PointAlong(lookup.position(2), 2, 0.5).isApprox(Vector3d(1, 1.5, 0)));
 }
 
