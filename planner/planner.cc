@@ -101,7 +101,7 @@ BuiltRoadmap BuildRoadmap(const World& world, const DistanceField& field, const 
   CheckConfig(world, config, inscribed_radius);
   const Reachability reachability(world, field, config.radius);
   reachability.CheckStart();
-  const SweptSphereChecker checker(world, config.radius, &field);
+  const SweptSphereChecker checker(world, config.radius);
   const FreeSpace space(world, checker, reachability);
   Grown grown = Grow({space, field, config, reachability.goal_point()});
   BuiltRoadmap built{std::move(grown.roadmap), {}};

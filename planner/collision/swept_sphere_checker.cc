@@ -30,8 +30,8 @@ bool Touches(const Cylinder& c, double radius, const Vector3d& a, const Vector3d
 
 }  // namespace
 
-SweptSphereChecker::SweptSphereChecker(const World& world, double radius, const DistanceField* field)
-    : world_(world), radius_(radius), field_(field), buckets_(world_) {
+SweptSphereChecker::SweptSphereChecker(const World& world, double radius)
+    : world_(world), radius_(radius), buckets_(world_) {
   CAIRN_CHECK(radius > 0, "radius {}", radius);
 }
 
@@ -41,23 +41,6 @@ bool SweptSphereChecker::InBounds(const Vector3d& p) const {
     if (!(p[k] > world_.bounds.min[k] + radius_ && p[k] < world_.bounds.max[k] - radius_)) return false;
   }
   return true;
-}
-
-// Sphere tracing. With e the field's interpolation error, field < radius − e proves contact; field ≥ radius + e at
-// points no farther apart than what is to spare there proves freedom; else nothing is proven.
-SweptSphereChecker::Proof SweptSphereChecker::Trace(const Vector3d& a, const Vector3d& b) const {
-  if (!field_) return Proof::kNone;
-  const Vector3d ab = b - a;
-  const double length = ab.norm();
-  const double hit = radius_ - field_->interpolation_error(), free = radius_ + field_->certified_margin();
-  Proof proof = Proof::kFree;
-  for (double s = 0;; s = std::min(s, length)) {
-    const double distance = field_->Distance(length > 0 ? Vector3d(a + ab * (s / length)) : a);
-    if (distance < hit) return Proof::kHit;
-    if (distance < free) proof = Proof::kNone;
-    if (s >= length) return proof;
-    s += std::max(distance - free, proof == Proof::kFree ? field_->smallest_step() : field_->resolution());
-  }
 }
 
 // By the exact distance between the segment and each box near it. In the plane z is 0 everywhere.
@@ -82,9 +65,7 @@ bool SweptSphereChecker::TouchesAny(Vector3d a, Vector3d b) const {
 bool SweptSphereChecker::Free(const Vector3d& p) const { return MotionFree(p, p); }
 
 bool SweptSphereChecker::MotionFree(const Vector3d& a, const Vector3d& b) const {
-  if (!InBounds(a) || !InBounds(b)) return false;
-  const Proof proof = Trace(a, b);
-  return proof == Proof::kNone ? !TouchesAny(a, b) : proof == Proof::kFree;
+  return InBounds(a) && InBounds(b) && !TouchesAny(a, b);
 }
 
 }  // namespace cairn::planner

@@ -116,10 +116,10 @@ void Reach(benchmark::State& state) {
 }
 BENCHMARK(Reach)->Name("world/reachability")->Unit(benchmark::kMillisecond);
 
-// Capsules of the roadmap's edges; argument 1: with the field's early answers.
+// Capsules of the roadmap's edges.
 void CapsuleCheck(benchmark::State& state) {
   const Maze& maze = SharedMaze();
-  const planner::SweptSphereChecker checker(maze.world, 0.03, state.range(0) ? &maze.field : nullptr);
+  const planner::SweptSphereChecker checker(maze.world, 0.03);
   RandomStream random(2, RandomPurpose::kTest);
   std::vector<Vector3d> ends;
   for (const Vector3d& p : maze.points) {
@@ -133,7 +133,7 @@ void CapsuleCheck(benchmark::State& state) {
   }
   state.counters["share_free"] = static_cast<double>(free) / static_cast<double>(i);
 }
-BENCHMARK(CapsuleCheck)->Name("planner/capsule_check/field")->Arg(0)->Arg(1);
+BENCHMARK(CapsuleCheck)->Name("planner/capsule_check");
 
 void RoadmapBuild(benchmark::State& state) {
   const Maze& maze = SharedMaze();

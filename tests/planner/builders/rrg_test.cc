@@ -40,7 +40,7 @@ class RrgTest : public testing::TestWithParam<int> {
   World world_ = TwoRooms(GetParam());
   DistanceField field_{world_, 0.01};
   Reachability reachability_{world_, field_, kRadius};
-  SweptSphereChecker checker_{world_, kRadius, &field_};
+  SweptSphereChecker checker_{world_, kRadius};
   FreeSpace space_{world_, checker_, reachability_};
   ob::SpaceInformationPtr information_ = MakeSpaceInformation(space_, 5);
   ob::ProblemDefinitionPtr problem_ = std::make_shared<ob::ProblemDefinition>(information_);
@@ -109,7 +109,7 @@ TEST(RrgPassageTest, SamplesThatShowAMissingPassageAreAdded) {
   world.start = world.goal = {Vector3d(1.5, 0.1, 0), Vector3d(1.8, 0.2, 0)};
   const DistanceField field(world, 0.01);
   const Reachability reachability(world, field, kRadius);
-  const SweptSphereChecker checker(world, kRadius, &field);
+  const SweptSphereChecker checker(world, kRadius);
   const FreeSpace space(world, checker, reachability);
   const ob::SpaceInformationPtr information = MakeSpaceInformation(space, 1);
   const auto problem = std::make_shared<ob::ProblemDefinition>(information);

@@ -29,7 +29,7 @@ struct Scene {
   explicit Scene(int dimension)
       : world(TwoRooms(dimension)),
         field(world, 0.01),
-        checker(world, kRadius, &field),
+        checker(world, kRadius),
         reachability(world, field, kRadius),
         space(world, checker, reachability) {
     std::vector<Vector3d> points;
@@ -135,7 +135,7 @@ TEST(BendsTest, StandAroundTheCornersOfABox) {
   world.boxes = {{Vector3d(1, 1, 0), Vector3d(2, 2, 0)}};
   world.start = world.goal = {Vector3d(0.2, 0.2, 0), Vector3d(0.4, 0.4, 0)};
   const DistanceField field(world, 0.02);
-  const SweptSphereChecker checker(world, 0.1, &field);
+  const SweptSphereChecker checker(world, 0.1);
   const Reachability reachability(world, field, 0.1);
   const FreeSpace space(world, checker, reachability);
   std::vector<Vector3d> bends = FindBends(space, 0.3, 100);

@@ -16,7 +16,7 @@ class OmplSpaceTest : public testing::TestWithParam<int> {
   World world_ = TwoRooms(GetParam());
   DistanceField field_{world_, 0.01};
   Reachability reachability_{world_, field_, 0.04};
-  SweptSphereChecker checker_{world_, 0.04, &field_};
+  SweptSphereChecker checker_{world_, 0.04};
   FreeSpace space_{world_, checker_, reachability_};
 };
 

@@ -49,18 +49,6 @@ TEST_P(SweptSphereCheckerTest, MotionsAgreeWithSampledDistances) {
   EXPECT_GT(hit, 300);
 }
 
-TEST_P(SweptSphereCheckerTest, TheFieldChangesNoAnswer) {
-  const World world = TwoRooms(GetParam());
-  const DistanceField field(world, 0.01);
-  const SweptSphereChecker with(world, kRadius, &field), without(world, kRadius);
-  RandomStream random(3, RandomPurpose::kTest);
-  for (int i = 0; i < 10000; ++i) {
-    const Vector3d a = DrawIn(world, random), b = a + 0.4 * (DrawIn(world, random) - a);
-    ASSERT_EQ(with.MotionFree(a, b), without.MotionFree(a, b)) << a.transpose() << " to " << b.transpose();
-    ASSERT_EQ(with.Free(a), without.Free(a)) << a.transpose();
-  }
-}
-
 TEST_P(SweptSphereCheckerTest, BoundsAreObstaclesAndNanIsNotFree) {
   const World world = TwoRooms(GetParam());
   const SweptSphereChecker checker(world, kRadius);
