@@ -24,8 +24,8 @@ class RoadmapLookup {
   /// is none.
   int EntryVertex(const Vector3d& p, const DistanceField& field, double clearance) const;
 
-  /// Point at arc length `distance` [m] from p along p → entry vertex → next_vertex … → middle of the goal, interpolated on
-  /// edges; its end when the path is shorter. `entry` ≥ 0.
+  /// Point at arc length `distance` [m] from p along p → entry vertex → next_vertex … → middle of the goal,
+  /// interpolated on edges; its end when the path is shorter. `entry` ≥ 0.
   Vector3d PointAlong(const Vector3d& p, int entry, double distance) const;
 
   const CostTable& table() const { return table_; }

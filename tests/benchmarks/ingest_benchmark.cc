@@ -1,9 +1,8 @@
 // How many of the car's transitions a second one learner takes in from several processes: the real coordinator and
 // replay buffer here, senders that stream made-up segments over the reliable stream as actors do. `raw` is plain LCM
-// with the same messages, checked, decoded and put into the same replay buffer, but neither judged, acknowledged nor sent
-// again: what does not arrive is gone.
-// `cairn-bench-ingest sender …` is one sender. CAIRN_BENCH_HOSTS="h1 h2 …" starts sender i in the network namespace
-// h_i.
+// with the same messages, checked, decoded and put into the same replay buffer, but neither judged, acknowledged nor
+// sent again: what does not arrive is gone. `cairn-bench-ingest sender …` is one sender. CAIRN_BENCH_HOSTS="h1 h2 …"
+// starts sender i in the network namespace h_i.
 #include <benchmark/benchmark.h>
 #include <sys/wait.h>
 #include <unistd.h>

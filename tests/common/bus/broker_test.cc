@@ -188,7 +188,8 @@ TEST_F(BrokerTest, ComesBackWithTheBroker) {
 }
 
 // Whoever subscribes and does not read stalls the broker's thread of each publisher on that plane: those drop, nobody
-// waits, and the other planes go on. (While it lasts nobody may connect, or the broker stalls them all: docs/operations.md.)
+// waits, and the other planes go on. (While it lasts nobody may connect, or the broker stalls them all:
+// docs/operations.md.)
 TEST_F(BrokerTest, SlowWatcherStallsTelemetryOnly) {
   Bus receiver(Config()), sender(Config());
   int received = 0, telemetry = 0;

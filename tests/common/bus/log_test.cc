@@ -146,7 +146,8 @@ std::vector<LoggedMessage> Record(const BusConfig& config, const std::string& fi
     }
   }
   // A broker may still have the last ones when the counts, which the greetings are part of, are reached.
-  while ((CountOn(ExperienceChannel(3), file) < 300 || CountOn(kPolicyChannel, file) < 300) && Clock::now() < deadline) {
+  while ((CountOn(ExperienceChannel(3), file) < 300 || CountOn(kPolicyChannel, file) < 300) &&
+         Clock::now() < deadline) {
     bus.Poll(milliseconds(20));
   }
   const RecordingStats stats = recorder.Finish();
