@@ -44,12 +44,18 @@ if(CAIRN_BUILD_TESTS)
   target_precompile_headers(cairn_test_headers PRIVATE ${CAIRN_HEADERS} <gmock/gmock.h> <gtest/gtest.h>)
 endif()
 
-# cairn_add_library(NAME SOURCES … [PUBLIC lib …] [PRIVATE lib …])
+# cairn_add_library(NAME SOURCES … [PUBLIC lib …] [PRIVATE lib …] [OPTIONS compile option …])
+# One with options of its own reads no precompiled header: that brings along the options with which it was made, and GCC
+# takes others (-fno-trapping-math) back without a word.
 function(cairn_add_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE;OPTIONS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   target_link_libraries(${name} PUBLIC cairn_options ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
-  target_precompile_headers(${name} REUSE_FROM cairn_headers)
+  if(ARG_OPTIONS)
+    target_compile_options(${name} PRIVATE ${ARG_OPTIONS})
+  else()
+    target_precompile_headers(${name} REUSE_FROM cairn_headers)
+  endif()
 endfunction()
 
 # cairn_add_binary(NAME SOURCES … LIBS lib …)

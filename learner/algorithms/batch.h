@@ -18,8 +18,8 @@ class Chunks {
   int count() const { return (batch_size_ + chunk_ - 1) / chunk_; }
   int first(int c) const { return c * chunk_; }
   int size(int c) const { return c + 1 < count() ? chunk_ : batch_size_ - first(c); }
-  /// Where the share of `member` of `members` begins; the last one's ends at share_begin(members, members).
-  int share_begin(int member, int members) const { return count() * member / members; }
+  /// Where share number `share` of `shares` begins; the last one ends at share_begin(shares, shares).
+  int share_begin(int share, int shares) const { return count() * share / shares; }
   /// The sizes that occur, ascending.
   std::vector<int> sizes() const;
 

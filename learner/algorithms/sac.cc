@@ -25,16 +25,16 @@ Sac<Scalar>::Sac(const LearnerConfig& config, const PolicyShape& shape, uint64_t
       alpha_adam_(1),
       team_(std::min(config.update_threads, chunks_.count())) {
   CAIRN_CHECK(shape.head == PolicyShape::Head::kGaussian && policy_.weights.values.size() == shape.num_parameters());
-  for (int member = 0; member < team_.size(); ++member) works_.push_back(MakeWork(member));
+  for (int share = 0; share < team_.size(); ++share) works_.push_back(MakeWork(share));
 }
 
 template <typename Scalar>
-typename Sac<Scalar>::Work Sac<Scalar>::MakeWork(int member) const {
+typename Sac<Scalar>::Work Sac<Scalar>::MakeWork(int share) const {
   TanhGaussian<Scalar> head(action_size_, policy_mlp_.max_columns());
   const auto samples = static_cast<size_t>(head.stride());
   return {MlpTape<Scalar>(policy_mlp_.shape(), policy_mlp_.max_columns()),
-          member > 0 ? policy_mlp_.MakeGradientBuffer() : AlignedBuffer<Scalar>(),
-          critics_.MakeWork(member),
+          share > 0 ? policy_mlp_.MakeGradientBuffer() : AlignedBuffer<Scalar>(),
+          critics_.MakeWork(share),
           std::move(head),
           AlignedBuffer<Scalar>(samples),
           AlignedBuffer<Scalar>(samples * action_size_),

@@ -56,10 +56,10 @@ class Sac {
   double AlphaGradient() const;
 
  private:
-  /// What belongs to one thread.
+  /// What belongs to one share of the batch (UpdateTeam).
   struct Work {
     MlpTape<Scalar> policy_tape;
-    AlignedBuffer<Scalar> policy_gradient;  // empty in the first thread's (GradientOf)
+    AlignedBuffer<Scalar> policy_gradient;  // empty in the first share's (GradientOf)
     typename TwinCritic<Scalar>::Work critics;
     TanhGaussian<Scalar> head;
     AlignedBuffer<Scalar> q;         // [samples]
@@ -69,7 +69,7 @@ class Sac {
     double log_prob = 0;
   };
 
-  Work MakeWork(int member) const;
+  Work MakeWork(int share) const;
   void CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work);
   void ActorChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work);
 
@@ -82,7 +82,7 @@ class Sac {
   double log_alpha_;
   Adam<double> alpha_adam_;
   double mean_log_prob_ = 0;  // of the last ActorLoss
-  std::vector<Work> works_;   // one a thread
+  std::vector<Work> works_;   // one a share
   UpdateTeam team_;
 };
 

@@ -39,16 +39,16 @@ Td3<Scalar>::Td3(const LearnerConfig& config, const PolicyShape& shape, uint64_t
       team_(std::min(config.update_threads, chunks_.count())) {
   CAIRN_CHECK(shape.head == PolicyShape::Head::kDeterministic &&
               policy_.weights.values.size() == shape.num_parameters());
-  for (int member = 0; member < team_.size(); ++member) works_.push_back(MakeWork(member));
+  for (int share = 0; share < team_.size(); ++share) works_.push_back(MakeWork(share));
 }
 
 template <typename Scalar>
-typename Td3<Scalar>::Work Td3<Scalar>::MakeWork(int member) const {
+typename Td3<Scalar>::Work Td3<Scalar>::MakeWork(int share) const {
   const int stride = (policy_mlp_.max_columns() + 15) / 16 * 16;
   const auto samples = static_cast<size_t>(stride);
   return {MlpTape<Scalar>(policy_mlp_.shape(), policy_mlp_.max_columns()),
-          member > 0 ? policy_mlp_.MakeGradientBuffer() : AlignedBuffer<Scalar>(),
-          critics_.MakeWork(member),
+          share > 0 ? policy_mlp_.MakeGradientBuffer() : AlignedBuffer<Scalar>(),
+          critics_.MakeWork(share),
           stride,
           AlignedBuffer<Scalar>(samples),
           AlignedBuffer<Scalar>(samples * action_size_),

@@ -51,10 +51,10 @@ class Td3 {
   double ActorLoss(Batch<Scalar>* batch);
 
  private:
-  /// What belongs to one thread.
+  /// What belongs to one share of the batch (UpdateTeam).
   struct Work {
     MlpTape<Scalar> policy_tape;
-    AlignedBuffer<Scalar> policy_gradient;  // empty in the first thread's (GradientOf)
+    AlignedBuffer<Scalar> policy_gradient;  // empty in the first share's (GradientOf)
     typename TwinCritic<Scalar>::Work critics;
     int stride;
     AlignedBuffer<Scalar> q;         // [samples]
@@ -64,7 +64,7 @@ class Td3 {
     double actor_loss = 0;           // sum over the batch
   };
 
-  Work MakeWork(int member) const;
+  Work MakeWork(int share) const;
   void CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work);
   void SmoothedTargetAction(Batch<Scalar>* batch, int first, int n, Work* work);
   void ActorChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work);
@@ -77,7 +77,7 @@ class Td3 {
   MlpWeights<Scalar> policy_target_;
   TwinCritic<Scalar> critics_;
   int64_t num_updates_ = 0;
-  std::vector<Work> works_;  // one a thread
+  std::vector<Work> works_;  // one a share
   UpdateTeam team_;
 };
 

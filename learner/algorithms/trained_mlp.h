@@ -31,7 +31,7 @@ struct TrainedMlp {
   Adam<Scalar> adam;
 };
 
-/// Where a thread adds up its gradient: the first thread, whose `own` is empty, in the network's buffer.
+/// Where a share of the batch adds up its gradient: the first one, whose `own` is empty, in the network's buffer.
 template <typename Scalar>
 AlignedBuffer<Scalar>* GradientOf(TrainedMlp<Scalar>* network, AlignedBuffer<Scalar>* own) {
   return own->size() > 0 ? own : &network->gradient;

@@ -18,7 +18,7 @@ namespace cairn::learner {
 template <typename Scalar>
 class TwinCritic {
  public:
-  /// What belongs to one thread.
+  /// What belongs to one share of the batch (UpdateTeam).
   struct Work {
     Work(const Mlp<Scalar>& mlp, int action_size, bool own_gradient);
 
@@ -27,15 +27,15 @@ class TwinCritic {
     std::array<int, 2> num_chosen{};
     AlignedBuffer<Scalar> error;                    // [samples]
     AlignedBuffer<Scalar> d_input;                  // [action_size × samples]
-    std::array<AlignedBuffer<Scalar>, 2> gradient;  // of the critics; empty in the first thread's (GradientOf)
+    std::array<AlignedBuffer<Scalar>, 2> gradient;  // of the critics; empty in the first share's (GradientOf)
     double squared_error = 0;                       // sums over the samples and both critics
     double q = 0;
   };
 
   TwinCritic(const MlpShape& shape, int input_stride, const std::vector<int>& columns, int action_size, uint64_t seed);
 
-  /// For thread `member`, from 0 on.
-  Work MakeWork(int member) const { return Work(mlp_, action_size_, member > 0); }
+  /// For share `share`, from 0 on.
+  Work MakeWork(int share) const { return Work(mlp_, action_size_, share > 0); }
 
   /// min_i of the targets' Q_i: `q` [n].
   void MinTargetQ(const Scalar* input, int n, Work* work, Scalar* q) const;
@@ -44,7 +44,7 @@ class TwinCritic {
   /// kOverwrite, for the first samples of a batch, starts gradients and sums anew.
   void Regress(const Scalar* input, const Scalar* target_q, int n, Scalar weight, Accumulate accumulate, Work* work);
 
-  /// Adds what other threads' Regress left in `part` to the first thread's `sum`.
+  /// Adds what Regress left in another share's `part` to the first one's `sum`.
   void AddRegression(const Work& part, Work* sum);
 
   /// One step of both optimizers after the last Regress of a batch.

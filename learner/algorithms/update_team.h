@@ -19,41 +19,44 @@ class UpdateTeam {
 
   int size() const { return size_; }
 
-  /// Calls f(0), …, f(size − 1) at once, f(0) on the caller's thread, and returns when all have returned. f must not
-  /// throw.
+  /// Calls f(0), …, f(size − 1), once each and at once if all threads get a core, and returns when all have returned.
+  /// The caller begins with f(0); which thread has which other is open: it takes those that no other has begun, so that
+  /// it does not wait for one that gets no core. f must not throw.
   template <typename F>
   void Run(F&& f) {
-    Run([](void* context, int member) { (*static_cast<F*>(context))(member); }, &f);
+    Run([](void* context, int share) { (*static_cast<F*>(context))(share); }, &f);
   }
 
  private:
-  using Function = void (*)(void* context, int member);
+  using Function = void (*)(void* context, int share);
   void Run(Function function, void* context);
-  void Work(const std::stop_token& stop, int member);
+  void Help(const std::stop_token& stop);
+  void TakeShares(std::unique_lock<std::mutex>* lock);
 
   int size_;
-  std::mutex mutex_;  // of the five below
-  std::condition_variable_any start_, done_;
+  std::mutex mutex_;  // of what stands between here and threads_
+  std::condition_variable_any start_;
+  std::condition_variable done_;
   Function function_ = nullptr;
   void* context_ = nullptr;
-  int64_t round_ = 0;
-  int running_ = 0;
+  int next_share_;                     // the first that nobody has begun; size_ when there is none
+  int unfinished_ = 0;                 // shares that have not returned
   std::vector<std::jthread> threads_;  // last: they end before what they use
 };
 
 /// Calls f(first, n, accumulate, work) for all chunks of a batch, after the feeder has been asked for their samples:
-/// each member of the team takes adjacent ones in ascending order, with its own of `works`, and `accumulate` tells its
-/// first from the others.
+/// each of the team's shares is adjacent ones in ascending order, with its own of `works`, and `accumulate` tells its
+/// first from the others. So sums do not depend on which thread has which share.
 template <typename Work, typename F>
 void ForChunks(UpdateTeam* team, const Chunks& chunks, BatchFeeder* feeder, std::vector<Work>* works, F f) {
-  team->Run([&](int member) {
-    const int begin = chunks.share_begin(member, team->size()), end = chunks.share_begin(member + 1, team->size());
+  team->Run([&](int share) {
+    const int begin = chunks.share_begin(share, team->size()), end = chunks.share_begin(share + 1, team->size());
     for (int c = begin; c < end; ++c) {
       const bool last = c + 1 == end;
       const int next = last ? begin : c + 1;
       feeder->Expect(chunks.first(next), chunks.size(next), last);
       feeder->Need(chunks.first(c), chunks.size(c));
-      f(chunks.first(c), chunks.size(c), c == begin ? Accumulate::kOverwrite : Accumulate::kAdd, &(*works)[member]);
+      f(chunks.first(c), chunks.size(c), c == begin ? Accumulate::kOverwrite : Accumulate::kAdd, &(*works)[share]);
     }
   });
 }

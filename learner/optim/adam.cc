@@ -14,6 +14,9 @@ namespace {
 constexpr double kBeta1 = 0.9;
 constexpr double kBeta2 = 0.999;
 constexpr double kEpsilon = 1e-8;
+// Moments below it count as 0, which no weight notices beside kEpsilon. Those of a unit that has died shrink step by
+// step until they are subnormal, and stay so: dividing by or into such numbers takes a processor several times as long.
+constexpr double kNegligible = 1e-36;
 
 }  // namespace
 
@@ -29,7 +32,7 @@ void Adam<Scalar>::Step(double learning_rate, std::span<const Scalar> gradient, 
   const auto root_scale = static_cast<Scalar>(1.0 / std::sqrt(1.0 - std::pow(kBeta2, t)));
   const auto beta1 = static_cast<Scalar>(kBeta1), rest1 = static_cast<Scalar>(1.0 - kBeta1);
   const auto beta2 = static_cast<Scalar>(kBeta2), rest2 = static_cast<Scalar>(1.0 - kBeta2);
-  const auto epsilon = static_cast<Scalar>(kEpsilon);
+  const auto epsilon = static_cast<Scalar>(kEpsilon), negligible = static_cast<Scalar>(kNegligible);
   const Scalar* __restrict g = gradient.data();
   Scalar* __restrict m = first_.data();
   Scalar* __restrict v = second_.data();
@@ -38,8 +41,10 @@ void Adam<Scalar>::Step(double learning_rate, std::span<const Scalar> gradient, 
   AtFullWidth([=]() CAIRN_INLINE_LOOP {
     for (size_t i = 0; i < size; ++i) {
       const Scalar slope = g[i] * scale;
-      m[i] = math::Fma(beta1, m[i], rest1 * slope);
-      v[i] = math::Fma(beta2, v[i], rest2 * slope * slope);
+      const Scalar mean = math::Fma(beta1, m[i], rest1 * slope);
+      const Scalar square = math::Fma(beta2, v[i], rest2 * slope * slope);
+      m[i] = std::fabs(mean) < negligible ? Scalar{0} : mean;
+      v[i] = square < negligible ? Scalar{0} : square;
       theta[i] = math::Fma(step, m[i] / math::Fma(std::sqrt(v[i]), root_scale, epsilon), theta[i]);
     }
   });

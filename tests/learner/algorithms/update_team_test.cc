@@ -5,27 +5,33 @@
 
 #include <algorithm>
 #include <array>
+#include <barrier>
 #include <iterator>
 #include <mutex>
+#include <set>
 #include <thread>
 #include <vector>
 
 namespace cairn::learner {
 namespace {
 
-TEST(UpdateTeamTest, EachMemberRunsOncePerCall) {
+TEST(UpdateTeamTest, EachShareRunsOncePerCall) {
   UpdateTeam team(4);
   std::array<int, 4> calls{};
-  for (int i = 0; i < 1000; ++i) team.Run([&](int member) { ++calls[member]; });
+  for (int i = 0; i < 1000; ++i) team.Run([&](int share) { ++calls[share]; });
   EXPECT_THAT(calls, testing::Each(1000));
 }
 
-TEST(UpdateTeamTest, TheFirstIsTheCallersThread) {
-  UpdateTeam team(2);
-  std::array<std::thread::id, 2> ids;
-  team.Run([&](int member) { ids[member] = std::this_thread::get_id(); });
+TEST(UpdateTeamTest, SharesRunAtOnce) {
+  UpdateTeam team(3);
+  std::barrier all_here(3);
+  std::array<std::thread::id, 3> ids;
+  team.Run([&](int share) {
+    all_here.arrive_and_wait();
+    ids[share] = std::this_thread::get_id();
+  });
   EXPECT_EQ(ids[0], std::this_thread::get_id());
-  EXPECT_NE(ids[1], std::this_thread::get_id());
+  EXPECT_EQ((std::set<std::thread::id>(ids.begin(), ids.end()).size()), 3u);
 }
 
 TEST(UpdateTeamTest, EndsWithoutHavingRun) { UpdateTeam team(3); }

@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstddef>
+#include <cstring>
 #include <limits>
+#include <span>
+#include <string>
 #include <vector>
 
 namespace cairn::learner {
@@ -38,6 +42,24 @@ TEST(AdamTest, ScalesTheGradient) {
     plain.Step(0.1, {&half, 1}, 1.0, {&b, 1});
   }
   EXPECT_DOUBLE_EQ(a, b);
+}
+
+// Subnormal numbers would slow every later step down.
+TEST(AdamTest, LeavesNoSubnormalMoments) {
+  Adam<float> adam(1);
+  float value = 1;
+  for (const float size : {1.0f, 1e-20f, 1e-37f}) {
+    for (int step = 0; step < 2000; ++step) {
+      const float gradient = step == 0 ? size : 0.0f;
+      adam.Step(1e-3, {&gradient, 1}, 1.0, {&value, 1});
+      adam.VisitState("adam", [](const std::string& name, bool, std::span<std::byte> numbers) {
+        if (name == "adam.steps") return;
+        float moment;
+        std::memcpy(&moment, numbers.data(), sizeof(moment));
+        EXPECT_NE(std::fpclassify(moment), FP_SUBNORMAL) << name;
+      });
+    }
+  }
 }
 
 TEST(PolyakTest, MovesByTau) {
