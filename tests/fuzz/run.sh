@@ -24,8 +24,9 @@ done
 clang=$(command -v clang++-14 || command -v clang++) || { echo "run.sh: clang is not installed"; exit 77; }
 
 build=build/fuzz
-options=(-DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_CXX_COMPILER="$clang" -DCMAKE_C_COMPILER="${clang/++/}" -DCAIRN_FUZZ=ON
-  -DCAIRN_BUILD_TESTS=OFF   -DCAIRN_SANITIZE=address,undefined)
+options=(-DCMAKE_BUILD_TYPE=RelWithDebInfo "-DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O1 -gline-tables-only -DNDEBUG"
+  -DCMAKE_CXX_COMPILER="$clang" -DCMAKE_C_COMPILER="${clang/++/}" -DCAIRN_FUZZ=ON -DCAIRN_BUILD_TESTS=OFF
+  -DCAIRN_SANITIZE=address,undefined)
 if command -v ccache > /dev/null; then options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
 cmake -S . -B "$build" -G Ninja "${options[@]}" > "$build.log" 2>&1 &&
   cmake --build "$build" --target fuzzers > "$build.log" 2>&1 || { tail -n 30 "$build.log" >&2; exit 1; }
