@@ -55,7 +55,7 @@ struct Environment::State {
         disturbance(s.experiment().environment, s.experiment().vehicle),
         delay(s.experiment(), s.control_physics_steps()),
         localization(s.experiment()) {
-    if (s.braking() != nullptr) filter.emplace(s, s.braking());
+    if (s.experiment().safety.filter != SafetyConfig::Filter::kOff) filter.emplace(s);
   }
 
   void StartStreams(const EpisodeResult& episode);
@@ -132,7 +132,7 @@ void Environment::State::Place(const EpisodeResult& episode, const Pose& start, 
 
 VehicleCommand Environment::State::Filter(const VehicleCommand& command) {
   RangeFinder ranges = Look(true);
-  return filter->Apply(command, n.motion, contact.CenterDistance(n.motion), ranges);
+  return filter->Apply(command, *vehicle, n.motion, contact.CenterDistance(n.motion), ranges);
 }
 
 // Control step `step`, whose command has been pushed; false when the state is no longer finite. The first event ends

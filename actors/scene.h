@@ -5,7 +5,6 @@
 
 #include "actors/cost_starts.h"
 #include "actors/motion.h"
-#include "actors/safety/braking.h"
 #include "common/config/experiment.h"
 #include "common/core/random.h"
 #include "common/rl/episode.h"
@@ -80,8 +79,6 @@ class Scene {
   /// Whether the footprint comes within a thousandth of its circumscribed radius of what the planner was told of.
   bool TouchesKnown(const Motion& motion) const;
   const Footprint& footprint() const { return footprint_; }
-  /// Null when safety.filter is OFF.
-  const std::shared_ptr<const BrakingTable>& braking() const { return braking_; }
   bool has_table() const { return lookup_ != nullptr; }
   const RoadmapLookup& lookup() const { return *lookup_; }
   std::shared_ptr<const RoadmapLookup> shared_lookup() const { return lookup_; }
@@ -114,7 +111,6 @@ class Scene {
   Footprint footprint_;
   Box goal_;
   std::shared_ptr<const Site> site_, known_site_, evaluation_site_;
-  std::shared_ptr<const BrakingTable> braking_;
   std::shared_ptr<const RoadmapLookup> lookup_;
   std::shared_ptr<const CostStarts> cost_starts_;  // of lookup_, with environment.start = COST_TO_GO
   double d_min_scale_ = 0;
