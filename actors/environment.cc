@@ -121,6 +121,7 @@ void Environment::State::Place(const EpisodeResult& episode, const Pose& start, 
   n.filters = experiment.safety.filter == SafetyConfig::Filter::kAlways ||
               (evaluates && experiment.safety.filter == SafetyConfig::Filter::kEvaluation);
   delay.Reset(parameters);
+  if (filter) filter->Reset();
   const double spread = experiment.environment.footprint_spread;
   n.footprint_scale =
       experiment.environment.footprint_scale * (spread > 0 ? parameters.Uniform(1 - spread, 1 + spread) : 1);
@@ -132,7 +133,7 @@ void Environment::State::Place(const EpisodeResult& episode, const Pose& start, 
 
 VehicleCommand Environment::State::Filter(const VehicleCommand& command) {
   RangeFinder ranges = Look(true);
-  return filter->Apply(command, *vehicle, n.motion, contact.CenterDistance(n.motion), ranges);
+  return filter->Apply({command, *vehicle, n.motion, contact.CenterDistance(n.motion), n.physics_steps}, ranges);
 }
 
 // Control step `step`, whose command has been pushed; false when the state is no longer finite. The first event ends
@@ -338,6 +339,7 @@ std::string Environment::Save() const {
   state_->delay.Write(blob);
   state_->localization.Write(blob);
   state_->persons.Write(blob);
+  if (state_->filter) state_->filter->Write(blob);
   blob.PutBytes(state_->vehicle->Save());
   return blob.Take();
 }
@@ -352,6 +354,7 @@ void Environment::Load(const std::string& bytes) {
   state_->delay.Read(blob);
   state_->localization.Read(blob);
   state_->persons.Read(blob);
+  if (state_->filter) state_->filter->Read(blob);
   state_->contact.SetScale(state_->n.footprint_scale);
   state_->vehicle->Load(blob.GetBytes());
   blob.Finish();

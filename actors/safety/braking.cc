@@ -15,6 +15,11 @@ constexpr double kAhead = 1;      // [s] of a predicted one
 constexpr double kStill = 0.05;   // [s] in which a vehicle that stands …
 constexpr double kCreep = 0.005;  // … moves by less than this many radii
 
+int YawRateCommand(const VehicleConfig& vehicle) {
+  if (vehicle.kind == VehicleConfig::Kind::kHolonomic) return 2;
+  return vehicle.turns() && vehicle.kind != VehicleConfig::Kind::kAckermann ? 1 : -1;
+}
+
 }  // namespace
 
 double StoppingDistance(const Experiment& experiment, const VehicleCommand& command) {
@@ -43,6 +48,7 @@ double StoppingDistance(const Experiment& experiment, const VehicleCommand& comm
 BrakingTwin::BrakingTwin(const Experiment& experiment)
     : vehicle_(MakeVehicle(experiment.vehicle, experiment.environment)),
       rest_(RestCommand(experiment.vehicle)),
+      turn_(YawRateCommand(experiment.vehicle)),
       rate_(experiment.environment.physics_rate_hz),
       period_(std::max(1, static_cast<int>(std::lround(experiment.safety.period * rate_)))),
       stretch_(experiment.safety.caution),
@@ -50,6 +56,27 @@ BrakingTwin::BrakingTwin(const Experiment& experiment)
       turn_arm_(experiment.vehicle.radius > 0 ? 0 : radius_) {
   const double declared = experiment.safety.stopping_distance;
   if (declared > 0) stretch_ *= declared / StoppingDistance(experiment, {experiment.vehicle.max_speed, 0, 0});
+}
+
+void BrakingTwin::Follow(const Vehicle& vehicle, double drift) {
+  state_ = vehicle.Save();
+  drift_ = drift;
+}
+
+VehicleCommand BrakingTwin::WithDrift(VehicleCommand command, double drift) const {
+  if (turn_ >= 0) command[static_cast<size_t>(turn_)] += drift;
+  return command;
+}
+
+void BrakingTwin::Begin(const VehicleCommand& command) {
+  vehicle_->Load(state_);
+  vehicle_->Command(WithDrift(command, drift_));
+}
+
+double BrakingTwin::YawRateAfter(const VehicleCommand& command) {
+  Begin(command);
+  for (int i = 0; i < period_; ++i) vehicle_->Step();
+  return vehicle_->motion().yaw_rate;
 }
 
 // What the vehicle moves in a physics step, in its own frame, is stretched and put at the end of the stretched way.
@@ -68,8 +95,7 @@ void BrakingTwin::Step() {
 }
 
 const std::vector<Place>& BrakingTwin::Drive(const VehicleCommand& command) {
-  vehicle_->Load(state_);
-  vehicle_->Command(command);
+  Begin(command);
   last_ = vehicle_->motion();
   turned_ = 0;
   path_.assign(1, Place{});

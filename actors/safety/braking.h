@@ -33,29 +33,40 @@ class BrakingTwin {
  public:
   explicit BrakingTwin(const Experiment& experiment);
 
-  /// The state to drive on from.
-  void Follow(const Vehicle& vehicle) { state_ = vehicle.Save(); }
+  /// The state to drive on from; `drift` [rad/s] is added to what is commanded of a yaw rate.
+  void Follow(const Vehicle& vehicle, double drift);
 
   /// One place for each physics step of `command` for safety.period, then of standing still until it does, 1 s at
   /// most; valid until the next call.
   const std::vector<Place>& Drive(const VehicleCommand& command);
 
+  /// Yaw rate [rad/s] after `command` for safety.period.
+  double YawRateAfter(const VehicleCommand& command);
+
+  /// The command that makes it stand still: against the drift.
+  VehicleCommand Rest() const { return WithDrift(rest_, -drift_); }
+  /// Whether a yaw rate is among the commands.
+  bool drifts() const { return turn_ >= 0; }
   /// Physics steps in safety.period.
   int period() const { return period_; }
   /// Factor of all ways.
   double stretch() const { return stretch_; }
 
  private:
+  VehicleCommand WithDrift(VehicleCommand command, double drift) const;
+  void Begin(const VehicleCommand& command);
   void Step();
 
   std::unique_ptr<Vehicle> vehicle_;
   std::string state_;
   VehicleCommand rest_;
-  double rate_;      // of physics [Hz]
-  int period_;       // [physics steps]
-  double stretch_;   // of ways
-  double radius_;    // circumscribed [m]
-  double turn_arm_;  // how far a turn by 1 rad moves the footprint's corners [m]
+  int turn_;          // command that is a yaw rate; −1: none
+  double drift_ = 0;  // [rad/s]
+  double rate_;       // of physics [Hz]
+  int period_;        // [physics steps]
+  double stretch_;    // of ways
+  double radius_;     // circumscribed [m]
+  double turn_arm_;   // how far a turn by 1 rad moves the footprint's corners [m]
   Motion last_;
   double turned_ = 0;  // since the beginning [rad]
   std::vector<Place> path_;

@@ -15,6 +15,7 @@ constexpr double kSlack = 1e-6;     // [m] by which a rule may be missed
 constexpr double kNoticed = 1e-3;   // share of a command's size that counts as a change
 constexpr double kEffect = 0.7;     // of a command until the next look shows where its way is nearest to something
 constexpr double kRecovery = 0.5;   // share of what is too near that a look makes up for
+constexpr double kSway = 0.1;       // share of the margin by which backing off may begin with coming nearer
 constexpr double kCreep = 0.6;      // share of the margin that may be used up to get free from a standstill
 constexpr double kStands = 0.02;    // a vehicle that moves by less radii when told to stand still stands
 constexpr double kLook = 1.25;      // times the way of the command …
@@ -87,11 +88,11 @@ void SafetyFilter::Break(double excess, const VehicleCommand& rates, Verdict* ve
 }
 
 // From place to place by as much as is free at least, so that most sightings are looked at once or twice.
-void SafetyFilter::KeepClear(const std::vector<Place>& path, double steering, Verdict* verdict) const {
+void SafetyFilter::KeepClear(const std::vector<Place>& path, double floor, double steering, Verdict* verdict) const {
   const auto farther = [](const Place& place, double swept) { return place.swept < swept; };
   const Place* place = nullptr;
   const Sighting* nearest = nullptr;
-  double least = floor_;
+  double least = floor;
   for (size_t i = 0; i < sightings_.size(); ++i) {
     double slack = slacks_[i];
     auto at = path.begin();
@@ -106,7 +107,7 @@ void SafetyFilter::KeepClear(const std::vector<Place>& path, double steering, Ve
     }
   }
   verdict->slack = least;
-  if (nearest != nullptr) Break(floor_ - least, Rates(*place, *nearest, steering), verdict);
+  if (nearest != nullptr) Break(floor - least, Rates(*place, *nearest, steering), verdict);
 }
 
 void SafetyFilter::BackOff(const std::vector<Place>& path, double steering, Verdict* verdict) const {
@@ -133,7 +134,7 @@ SafetyFilter::Verdict SafetyFilter::Judge(const VehicleCommand& shares, const st
                                           const Rules& rules) {
   const double steering = shares[1] * sizes_[1];
   Verdict verdict;
-  KeepClear(path, steering, &verdict);
+  KeepClear(path, rules.floor, steering, &verdict);
   if (path.back().swept > seen_) {
     VehicleCommand rates = shares;
     for (double& rate : rates) rate *= effect_ * sizes_[0];
@@ -211,28 +212,35 @@ VehicleCommand SafetyFilter::Refine(VehicleCommand passes, VehicleCommand breaks
   return passes;
 }
 
-std::optional<VehicleCommand> SafetyFilter::Redirect(const VehicleCommand& wanted, bool backs_off) {
-  const std::optional<VehicleCommand> found = Near(wanted, {true, backs_off});
+// On its way out a vehicle may sway a little, as a quadrotor does that tilts first.
+SafetyFilter::Rules SafetyFilter::BackingOff() const {
+  return {now_ < 0 ? now_ - kSway * config_.margin : 0, true, true};
+}
+
+std::optional<VehicleCommand> SafetyFilter::Redirect(const VehicleCommand& wanted, Rules rules) {
+  const std::optional<VehicleCommand> found = Near(wanted, rules);
   if (found || !has_lane_) return found;
-  return Near({0, wanted[1], 0}, {false, backs_off});
+  rules.keeps_lane = false;
+  return Near({0, wanted[1], 0}, rules);
 }
 
 // Backing off from what is too near, coming no nearer to it, using up some of the margin from a standstill (parallel to
 // a wall a car's rear swings out before its way leads off), standing still; and where even that comes nearer, what does
 // so least.
 VehicleCommand SafetyFilter::Find(const VehicleCommand& wanted) {
-  VehicleCommand rest = RestCommand(vehicle_);
+  VehicleCommand rest = twin_.Rest();
   for (int i = 0; i < num_commands_; ++i) rest[i] /= sizes_[i];
+  Clamp(&rest);
   const std::vector<Place>& path = twin_.Drive(ToUnits(rest));
   const bool stands = path.back().swept < kStands * radius_;
-  const bool stops = Judge(rest, path, {false, false}).excess == 0;
-  if (const auto found = Redirect(wanted, true)) return *found;
+  const bool stops = Judge(rest, path, {now_, false, false}).excess == 0;
+  if (const auto found = Redirect(wanted, BackingOff())) return *found;
   if (now_ < 0) {
-    if (const auto found = Redirect(wanted, false)) return *found;
+    if (const auto found = Redirect(wanted, {now_, true, false})) return *found;
   }
-  if (stands && now_ > -kCreep * config_.margin) {
-    floor_ = -kCreep * config_.margin;
-    if (const auto found = Redirect(wanted, false)) return *found;
+  const double creep = -kCreep * config_.margin;
+  if (stands && now_ > creep) {
+    if (const auto found = Redirect(wanted, {creep, true, false})) return *found;
   }
   return stops ? rest : best_;
 }
@@ -248,25 +256,40 @@ void SafetyFilter::Look(const Motion& motion, double reach, RangeFinder& ranges)
     slacks_.push_back(Slack(Place{}, sighting));
     now_ = std::min(now_, slacks_.back());
   }
-  floor_ = now_;
   best_slack_ = -std::numeric_limits<double>::infinity();
 }
 
-VehicleCommand SafetyFilter::Apply(const VehicleCommand& command, const Vehicle& vehicle, const Motion& motion,
-                                   double clearance, RangeFinder& ranges) {
-  changed_ = false;
-  twin_.Follow(vehicle);
-  const std::vector<Place>& path = twin_.Drive(command);
+// The twin knows the vehicle, so what it did not expect is a disturbance, and may stay for a while.
+void SafetyFilter::Observe(const FilterInput& now) {
+  if (now.step == drift_.step) {
+    drift_.yaw_rate += now.motion.yaw_rate - drift_.expected;
+    drift_.yaw_rate = std::clamp(drift_.yaw_rate, -vehicle_.max_yaw_rate, vehicle_.max_yaw_rate);
+  } else {
+    drift_.yaw_rate = 0;
+  }
+  twin_.Follow(now.vehicle, drift_.yaw_rate);
+}
+
+VehicleCommand SafetyFilter::Filter(const FilterInput& now, RangeFinder& ranges) {
+  const std::vector<Place>& path = twin_.Drive(now.command);
   seen_ = kLook * path.back().swept + kLookRadii * radius_;
   const double reach = (lane_room_ + config_.margin + seen_) / (1 - surroundings_.unseen_share());
-  if (clearance > reach) return command;
-  Look(motion, reach, ranges);
+  if (now.clearance > reach) return now.command;
+  Look(now.motion, reach, ranges);
   VehicleCommand wanted{};
-  for (int i = 0; i < num_commands_; ++i) wanted[i] = command[i] / sizes_[i];
-  if (Judge(wanted, path, {}).excess == 0) return command;
+  for (int i = 0; i < num_commands_; ++i) wanted[i] = now.command[i] / sizes_[i];
+  if (Judge(wanted, path, BackingOff()).excess == 0) return now.command;
   const VehicleCommand shares = Find(wanted);
   for (int i = 0; i < num_commands_; ++i) changed_ = changed_ || std::abs(shares[i] - wanted[i]) > kNoticed;
-  return changed_ ? ToUnits(shares) : command;
+  return changed_ ? ToUnits(shares) : now.command;
+}
+
+VehicleCommand SafetyFilter::Apply(const FilterInput& now, RangeFinder& ranges) {
+  changed_ = false;
+  Observe(now);
+  const VehicleCommand command = Filter(now, ranges);
+  if (twin_.drifts()) drift_ = {drift_.yaw_rate, twin_.YawRateAfter(command), now.step + twin_.period()};
+  return command;
 }
 
 }  // namespace cairn::actors

@@ -68,7 +68,7 @@ TEST(BrakingTest, TheTwinDrivesOnAndStops) {
   const Experiment experiment = LaggedCar();
   const auto car = Driving(experiment, {0.8, 0, 0});
   BrakingTwin twin(experiment);
-  twin.Follow(*car);
+  twin.Follow(*car, 0);
   const Place& stop = twin.Drive({0.8, 0, 0}).back();
   EXPECT_NEAR(stop.p.x(), 1.5 * 0.8 * (kLag + 0.025), 1e-3);
   EXPECT_NEAR(stop.p.y(), 0, 1e-9);
@@ -80,7 +80,7 @@ TEST(BrakingTest, TheTwinTurnsOnUntilItsTurnIsBraked) {
   Experiment experiment = LaggedCar();
   const auto car = Driving(experiment, {0, 2, 0});
   BrakingTwin twin(experiment);
-  twin.Follow(*car);
+  twin.Follow(*car, 0);
   const Place& stop = twin.Drive({0, 0, 0}).back();
   EXPECT_NEAR(std::atan2(stop.sin, stop.cos), 1.5 * 2 * kLag, 0.02);
   EXPECT_NEAR(stop.swept, 1.5 * 2 * kLag * experiment.vehicle.circumscribed_radius(), 1e-3);

@@ -28,7 +28,7 @@ VehicleCommand Apply(const Experiment& experiment, const Motion& motion, const V
   for (int i = 0; i < 480; ++i) vehicle->Step();
   SafetyFilter filter(*scene);
   RangeFinder ranges(*scene);
-  return filter.Apply(command, *vehicle, motion, 0, ranges);
+  return filter.Apply({command, *vehicle, motion, 0, 0}, ranges);
 }
 
 TEST(SafetyFilterTest, LeavesCommandsAloneFarFromEverything) {
