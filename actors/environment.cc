@@ -325,7 +325,10 @@ void Environment::SetTable(std::shared_ptr<const RoadmapLookup> lookup) {
 Findings Environment::FindSurprises() const {
   Findings findings;
   const SurpriseFinder finder(*scene_);
-  if (scene_->experiment().planner.repair == PlannerConfig::Repair::kRays) finder.LookAround(motion(), &findings);
+  if (scene_->experiment().planner.repair == PlannerConfig::Repair::kRays) {
+    RangeFinder ranges = Look();
+    finder.LookAround(motion(), ranges, &findings);
+  }
   if (episode_.outcome == Outcome::kCollision) finder.Touch(motion(), &findings);
   return findings;
 }

@@ -68,11 +68,7 @@ class Scene {
   const SpaceObstacles& space_obstacles() const { return *site_->space_obstacles; }
   /// The field of what the planner was told: what lines of sight to the roadmap are judged by.
   const DistanceField& known_field() const { return known_site_->field; }
-  /// Range [m] from p along a unit vector to what stands here, at most `max_range`.
-  double CastRay(const Vector3d& p, const Vector3d& direction, double max_range) const {
-    return site_->CastRay(p, direction, max_range);
-  }
-  /// The same to what the planner was told of.
+  /// Range [m] from p along a unit vector to what the planner was told of, at most `max_range`.
   double CastKnownRay(const Vector3d& p, const Vector3d& direction, double max_range) const {
     return known_site_->CastRay(p, direction, max_range);
   }
