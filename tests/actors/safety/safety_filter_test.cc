@@ -153,9 +153,35 @@ TEST(SafetyFilterTest, KeepsRoomToTurnRound) {
   EXPECT_GT(environment.pose().x, 0.3);
 }
 
+// Between two walls, with a third ahead, while something turns the car by 0.4 rad/s, as a held disturbance does.
+// Opposite corners would touch within 0.4 s, there is nothing to back off to, and what is commanded is no help.
+TEST(SafetyFilterTest, TurnsAgainstADisturbanceThatStays) {
+  Experiment experiment = FilteredHall();
+  experiment.world.obstacles = {
+      {{1.4, 0.4, 0}, {1.6, 0.4705, 0}}, {{1.4, 0.5295, 0}, {1.6, 0.6, 0}}, {{1.59, 0.47, 0}, {1.6, 0.53, 0}}};
+  const auto scene = MakeScene(experiment);
+  const auto vehicle = MakeVehicle(scene->experiment().vehicle, scene->experiment().environment);
+  RandomStream random(0, RandomPurpose::kTest);
+  SafetyFilter filter(*scene);
+  RangeFinder ranges(*scene);
+  for (const VehicleCommand wanted : {VehicleCommand{0, 0}, {0, 2}, {0.6, 1.1}, {0.6, -1.1}}) {
+    vehicle->Reset({1.5, 0.5, 0, 0}, random);
+    filter.Reset();
+    for (int step = 0; step < 480; step += filter.period()) {
+      VehicleCommand command = filter.Apply({wanted, *vehicle, vehicle->motion(), 0, step}, ranges);
+      command[1] += 0.4;
+      vehicle->Command(command);
+      for (int i = 0; i < filter.period(); ++i) vehicle->Step();
+      const Motion m = vehicle->motion();
+      ASSERT_FALSE(scene->obstacles().Overlaps(m.x, m.y, m.yaw, scene->footprint())) << step << " " << wanted[1];
+    }
+  }
+}
+
 TEST(SafetyFilterTest, EvaluationAloneIsFilteredWhenAskedFor) {
   Experiment experiment = FilteredHall();
   experiment.safety.filter = SafetyConfig::Filter::kEvaluation;
+  experiment.environment.max_episode_steps = 60;
   const auto scene = MakeScene(experiment);
   Environment environment(scene);
   const Action ahead(1, 0);
