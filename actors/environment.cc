@@ -55,7 +55,7 @@ struct Environment::State {
         disturbance(s.experiment().environment, s.experiment().vehicle),
         delay(s.experiment(), s.control_physics_steps()),
         localization(s.experiment()) {
-    if (s.braking() != nullptr) filter.emplace(s, s.braking());
+    if (s.experiment().safety.filter != SafetyConfig::Filter::kOff) filter.emplace(s);
   }
 
   void StartStreams(const EpisodeResult& episode);
@@ -121,6 +121,7 @@ void Environment::State::Place(const EpisodeResult& episode, const Pose& start, 
   n.filters = experiment.safety.filter == SafetyConfig::Filter::kAlways ||
               (evaluates && experiment.safety.filter == SafetyConfig::Filter::kEvaluation);
   delay.Reset(parameters);
+  if (filter) filter->Reset();
   const double spread = experiment.environment.footprint_spread;
   n.footprint_scale =
       experiment.environment.footprint_scale * (spread > 0 ? parameters.Uniform(1 - spread, 1 + spread) : 1);
@@ -132,7 +133,7 @@ void Environment::State::Place(const EpisodeResult& episode, const Pose& start, 
 
 VehicleCommand Environment::State::Filter(const VehicleCommand& command) {
   RangeFinder ranges = Look(true);
-  return filter->Apply(command, n.motion, contact.CenterDistance(n.motion), ranges);
+  return filter->Apply({command, *vehicle, n.motion, contact.CenterDistance(n.motion), n.physics_steps}, ranges);
 }
 
 // Control step `step`, whose command has been pushed; false when the state is no longer finite. The first event ends
@@ -324,7 +325,10 @@ void Environment::SetTable(std::shared_ptr<const RoadmapLookup> lookup) {
 Findings Environment::FindSurprises() const {
   Findings findings;
   const SurpriseFinder finder(*scene_);
-  if (scene_->experiment().planner.repair == PlannerConfig::Repair::kRays) finder.LookAround(motion(), &findings);
+  if (scene_->experiment().planner.repair == PlannerConfig::Repair::kRays) {
+    RangeFinder ranges = Look();
+    finder.LookAround(motion(), ranges, &findings);
+  }
   if (episode_.outcome == Outcome::kCollision) finder.Touch(motion(), &findings);
   return findings;
 }
@@ -338,6 +342,7 @@ std::string Environment::Save() const {
   state_->delay.Write(blob);
   state_->localization.Write(blob);
   state_->persons.Write(blob);
+  if (state_->filter) state_->filter->Write(blob);
   blob.PutBytes(state_->vehicle->Save());
   return blob.Take();
 }
@@ -352,6 +357,7 @@ void Environment::Load(const std::string& bytes) {
   state_->delay.Read(blob);
   state_->localization.Read(blob);
   state_->persons.Read(blob);
+  if (state_->filter) state_->filter->Read(blob);
   state_->contact.SetScale(state_->n.footprint_scale);
   state_->vehicle->Load(blob.GetBytes());
   blob.Finish();

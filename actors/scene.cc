@@ -56,9 +56,6 @@ Scene::Scene(Experiment experiment)
   goal_ = site_->world.goal;
   known_site_ = variants.same ? site_ : make(variants.known);
   evaluation_site_ = variants.same ? site_ : make(variants.evaluation);
-  if (experiment_.safety.filter != SafetyConfig::Filter::kOff) {
-    braking_ = std::make_shared<const BrakingTable>(experiment_);
-  }
 }
 
 Scene::Site::Site(const World& w, const Experiment& experiment, double reach)

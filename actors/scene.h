@@ -5,7 +5,6 @@
 
 #include "actors/cost_starts.h"
 #include "actors/motion.h"
-#include "actors/safety/braking.h"
 #include "common/config/experiment.h"
 #include "common/core/random.h"
 #include "common/rl/episode.h"
@@ -69,19 +68,13 @@ class Scene {
   const SpaceObstacles& space_obstacles() const { return *site_->space_obstacles; }
   /// The field of what the planner was told: what lines of sight to the roadmap are judged by.
   const DistanceField& known_field() const { return known_site_->field; }
-  /// Range [m] from p along a unit vector to what stands here, at most `max_range`.
-  double CastRay(const Vector3d& p, const Vector3d& direction, double max_range) const {
-    return site_->CastRay(p, direction, max_range);
-  }
-  /// The same to what the planner was told of.
+  /// Range [m] from p along a unit vector to what the planner was told of, at most `max_range`.
   double CastKnownRay(const Vector3d& p, const Vector3d& direction, double max_range) const {
     return known_site_->CastRay(p, direction, max_range);
   }
   /// Whether the footprint comes within a thousandth of its circumscribed radius of what the planner was told of.
   bool TouchesKnown(const Motion& motion) const;
   const Footprint& footprint() const { return footprint_; }
-  /// Null when safety.filter is OFF.
-  const std::shared_ptr<const BrakingTable>& braking() const { return braking_; }
   bool has_table() const { return lookup_ != nullptr; }
   const RoadmapLookup& lookup() const { return *lookup_; }
   std::shared_ptr<const RoadmapLookup> shared_lookup() const { return lookup_; }
@@ -114,7 +107,6 @@ class Scene {
   Footprint footprint_;
   Box goal_;
   std::shared_ptr<const Site> site_, known_site_, evaluation_site_;
-  std::shared_ptr<const BrakingTable> braking_;
   std::shared_ptr<const RoadmapLookup> lookup_;
   std::shared_ptr<const CostStarts> cost_starts_;  // of lookup_, with environment.start = COST_TO_GO
   double d_min_scale_ = 0;

@@ -19,18 +19,20 @@ SurpriseFinder::SurpriseFinder(const Scene& scene)
       vehicle_(scene.experiment().vehicle),
       beams_(BeamDirections(vehicle_.scan, vehicle_.dimension())) {}
 
-void SurpriseFinder::LookAround(const Motion& motion, Findings* findings) const {
+void SurpriseFinder::LookAround(const Motion& motion, RangeFinder& ranges, Findings* findings) const {
+  const bool loses = scene_.experiment().observation.range_dropout > 0;
   const double c = std::cos(motion.yaw), s = std::sin(motion.yaw);
   const Vector3d origin(motion.x + c * vehicle_.scan.mount_x, motion.y + s * vehicle_.scan.mount_x, motion.z);
   const std::vector<float>& marks = scene_.lookup().table().marks;
   std::vector<char> freed(marks.size() / 3, 0);
   for (const Vector3d& beam : beams_) {
     const Vector3d direction(c * beam.x() - s * beam.y(), s * beam.x() + c * beam.y(), beam.z());
-    const double range = scene_.CastRay(origin, direction, vehicle_.scan.range);
+    const double range = ranges.Range(origin, direction, vehicle_.scan.range);
     const double expected = scene_.CastKnownRay(origin, direction, vehicle_.scan.range + config_.repair_margin);
     if (range < vehicle_.scan.range && range < expected - config_.repair_margin) {
       findings->found.push_back(origin + (range + 0.5 * config_.repair_mark_radius) * direction);
     }
+    if (loses && range >= vehicle_.scan.range) continue;
     for (size_t m = 0; m < freed.size(); ++m) {
       const Vector3d mark(marks[3 * m], marks[3 * m + 1], marks[3 * m + 2]);
       if (SeesThrough(mark, origin, direction, range)) freed[m] = 1;

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "actors/motion.h"
+#include "actors/range_finder.h"
 #include "actors/scene.h"
 
 namespace cairn::actors {
@@ -23,8 +24,9 @@ class SurpriseFinder {
 
   /// Rays of the scan that end more than planner.repair_margin short of every known obstacle have found something: half
   /// a mark's radius behind where they end, so that it lies inside. Rays that pass near the middle of a mark and go on
-  /// have freed it.
-  void LookAround(const Motion& motion, Findings* findings) const;
+  /// have freed it, where they end at something; where no ray can be lost (observation.range_dropout) also where they
+  /// see nothing.
+  void LookAround(const Motion& motion, RangeFinder& ranges, Findings* findings) const;
 
   /// After a contact: what was touched stands ahead in the direction of motion, unless it is known.
   void Touch(const Motion& motion, Findings* findings) const;

@@ -83,7 +83,7 @@ struct WorldConfig {
   double goal_tolerance = 0.052;
   double goal_distance = 0.516;
   int persons = 0;
-  double person_radius = 0.0215;
+  double person_radius = 0.01075;
   double person_speed = 0.035;
   BlockedWhen persons_when = BlockedWhen::kEvaluation;
   MapConfig map;

@@ -34,7 +34,8 @@ class SurpriseFinderTest : public ::testing::Test {
 
   static Findings Look(const Scene& scene, const Motion& motion) {
     Findings findings;
-    SurpriseFinder(scene).LookAround(motion, &findings);
+    RangeFinder ranges(scene);
+    SurpriseFinder(scene).LookAround(motion, ranges, &findings);
     return findings;
   }
 };
@@ -50,6 +51,22 @@ TEST_F(SurpriseFinderTest, RaysFindAShutDoorAndNothingElse) {
 TEST_F(SurpriseFinderTest, KnownDoorsAreNoSurprise) {
   const auto scene = MakeScene(MakeExperiment(true));
   EXPECT_TRUE(Look(*scene, BeforeTheDoor(*scene)).empty());
+}
+
+TEST_F(SurpriseFinderTest, PeopleAreFoundAsTheRaysOfTheObservationSeeThem) {
+  Experiment experiment = HallExperiment();
+  experiment.world.persons = 1;
+  experiment.world.person_radius = 0.05;
+  const auto scene = MakeScene(experiment);
+  scene->SetTable(MakeChain(scene->goal(), {0.5f, 1.0f, 1.5f, 2.0f, 2.5f, 2.7f}, 0.5f, 0.05));
+  Persons persons(*scene);
+  persons.Reset({0.5, 0.5, 0}, true, {1, RandomPurpose::kPersons});
+  const Vector3d person = persons.bodies().at(0).base;
+  RangeFinder ranges(*scene, &persons, {1, RandomPurpose::kRanges}, 0);
+  Findings findings;
+  SurpriseFinder(*scene).LookAround(GroundState{person.x() - 0.3, person.y(), 0}, ranges, &findings);
+  ASSERT_EQ(findings.found.size(), 1u);
+  EXPECT_LT((findings.found[0] - person).norm(), 0.05);
 }
 
 TEST_F(SurpriseFinderTest, ARayThroughAMarkFreesIt) {

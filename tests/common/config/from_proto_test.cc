@@ -105,19 +105,23 @@ TEST(FromProtoTest, StructDefaultsAreThoseOfTheSchema) {
   Experiment resolved = FromProto(draft.message);
   const Experiment plain;
   // The lengths that follow from the vehicle are rounded in the struct.
-  resolved.planner.eta = plain.planner.eta;
-  resolved.planner.min_spacing = plain.planner.min_spacing;
-  resolved.planner.grid_cell = plain.planner.grid_cell;
-  resolved.planner.radius = plain.planner.radius;
-  resolved.vehicle.scan.range = plain.vehicle.scan.range;
-  resolved.planner.repair_margin = plain.planner.repair_margin;
-  resolved.planner.repair_mark_radius = plain.planner.repair_mark_radius;
-  resolved.world.unseen_obstacle_size = plain.world.unseen_obstacle_size;
-  resolved.world.goal_tolerance = plain.world.goal_tolerance;
-  resolved.world.goal_distance = plain.world.goal_distance;
-  resolved.world.person_radius = plain.world.person_radius;
-  resolved.world.person_speed = plain.world.person_speed;
-  resolved.safety.margin = plain.safety.margin;
+  const auto rounded = [](double* exact, double value) {
+    EXPECT_NEAR(value, *exact, 0.03 * *exact);
+    *exact = value;
+  };
+  rounded(&resolved.planner.eta, plain.planner.eta);
+  rounded(&resolved.planner.min_spacing, plain.planner.min_spacing);
+  rounded(&resolved.planner.grid_cell, plain.planner.grid_cell);
+  rounded(&resolved.planner.radius, plain.planner.radius);
+  rounded(&resolved.vehicle.scan.range, plain.vehicle.scan.range);
+  rounded(&resolved.planner.repair_margin, plain.planner.repair_margin);
+  rounded(&resolved.planner.repair_mark_radius, plain.planner.repair_mark_radius);
+  rounded(&resolved.world.unseen_obstacle_size, plain.world.unseen_obstacle_size);
+  rounded(&resolved.world.goal_tolerance, plain.world.goal_tolerance);
+  rounded(&resolved.world.goal_distance, plain.world.goal_distance);
+  rounded(&resolved.world.person_radius, plain.world.person_radius);
+  rounded(&resolved.world.person_speed, plain.world.person_speed);
+  rounded(&resolved.safety.margin, plain.safety.margin);
   resolved.observation = plain.observation;
   EXPECT_EQ(resolved, plain);
 }
