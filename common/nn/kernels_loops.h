@@ -69,7 +69,7 @@ void BiasRelu(const float* bias, int rows, int columns, float* z) {
 
 /// C columns; y_j := offset + w · z_j.
 template <int C>
-inline void BiasReluDotTile(const float* bias, const float* w, float offset, int rows, float* z, float* y) {
+CAIRN_INLINE void BiasReluDotTile(const float* bias, const float* w, float offset, int rows, float* z, float* y) {
   Lanes sum[4];
   Unrolled<4>([&](auto c) CAIRN_INLINE_LAMBDA { sum[c.value] = First(offset); });
   const auto add = [&](auto c, Lanes h, Lanes weight) CAIRN_INLINE_LAMBDA {
@@ -105,7 +105,7 @@ void BiasReluDot(const float* bias, const float* w, float offset, int rows, int 
 
 /// C columns of x times O columns of w.
 template <int C, int O>
-inline void ProductTile(const float* w, const float* offsets, const float* x, int rows, int outs, float* y) {
+CAIRN_INLINE void ProductTile(const float* w, const float* offsets, const float* x, int rows, int outs, float* y) {
   constexpr int kPadded = (C * O + 3) / 4 * 4;
   Lanes sum[kPadded];  // entry c · O + o
   Unrolled<kPadded>([&](auto i) CAIRN_INLINE_LAMBDA {
