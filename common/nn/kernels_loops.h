@@ -128,11 +128,15 @@ CAIRN_INLINE void ProductTile(const float* w, const float* offsets, const float*
   if (const int rest = rows - r; rest > 0) {
     add(r, [rest](const float* p) CAIRN_INLINE_LAMBDA { return LoadPart(p, rest); });
   }
+  const auto add_lanes = [&](float* to) CAIRN_INLINE_LAMBDA {
+    Unrolled<kPadded / 4>([&](auto g) CAIRN_INLINE_LAMBDA {
+      constexpr int kFirst = 4 * decltype(g)::value;
+      Sums(sum[kFirst], sum[kFirst + 1], sum[kFirst + 2], sum[kFirst + 3], to + kFirst);
+    });
+  };
+  if (kPadded == C * O && outs == O) return add_lanes(y);  // the tile is contiguous
   float sums[kPadded];
-  Unrolled<kPadded / 4>([&](auto g) CAIRN_INLINE_LAMBDA {
-    constexpr int kFirst = 4 * decltype(g)::value;
-    Sums(sum[kFirst], sum[kFirst + 1], sum[kFirst + 2], sum[kFirst + 3], sums + kFirst);
-  });
+  add_lanes(sums);
   for (int c = 0; c < C; ++c) {
     for (int o = 0; o < O; ++o) y[static_cast<ptrdiff_t>(c) * outs + o] = sums[c * O + o];
   }
