@@ -69,7 +69,7 @@ void BiasRelu(const float* bias, int rows, int columns, float* z) {
 
 /// C columns; y_j := offset + w · z_j.
 template <int C>
-inline void BiasReluDotTile(const float* bias, const float* w, float offset, int rows, float* z, float* y) {
+CAIRN_INLINE void BiasReluDotTile(const float* bias, const float* w, float offset, int rows, float* z, float* y) {
   Lanes sum[4];
   Unrolled<4>([&](auto c) CAIRN_INLINE_LAMBDA { sum[c.value] = First(offset); });
   const auto add = [&](auto c, Lanes h, Lanes weight) CAIRN_INLINE_LAMBDA {
@@ -105,7 +105,7 @@ void BiasReluDot(const float* bias, const float* w, float offset, int rows, int 
 
 /// C columns of x times O columns of w.
 template <int C, int O>
-inline void ProductTile(const float* w, const float* offsets, const float* x, int rows, int outs, float* y) {
+CAIRN_INLINE void ProductTile(const float* w, const float* offsets, const float* x, int rows, int outs, float* y) {
   constexpr int kPadded = (C * O + 3) / 4 * 4;
   Lanes sum[kPadded];  // entry c · O + o
   Unrolled<kPadded>([&](auto i) CAIRN_INLINE_LAMBDA {
@@ -128,11 +128,15 @@ inline void ProductTile(const float* w, const float* offsets, const float* x, in
   if (const int rest = rows - r; rest > 0) {
     add(r, [rest](const float* p) CAIRN_INLINE_LAMBDA { return LoadPart(p, rest); });
   }
+  const auto add_lanes = [&](float* to) CAIRN_INLINE_LAMBDA {
+    Unrolled<kPadded / 4>([&](auto g) CAIRN_INLINE_LAMBDA {
+      constexpr int kFirst = 4 * decltype(g)::value;
+      Sums(sum[kFirst], sum[kFirst + 1], sum[kFirst + 2], sum[kFirst + 3], to + kFirst);
+    });
+  };
+  if (kPadded == C * O && outs == O) return add_lanes(y);  // the tile is contiguous
   float sums[kPadded];
-  Unrolled<kPadded / 4>([&](auto g) CAIRN_INLINE_LAMBDA {
-    constexpr int kFirst = 4 * decltype(g)::value;
-    Sums(sum[kFirst], sum[kFirst + 1], sum[kFirst + 2], sum[kFirst + 3], sums + kFirst);
-  });
+  add_lanes(sums);
   for (int c = 0; c < C; ++c) {
     for (int o = 0; o < O; ++o) y[static_cast<ptrdiff_t>(c) * outs + o] = sums[c * O + o];
   }

@@ -12,6 +12,7 @@ constexpr int kMaxChunk = 128;
 constexpr int kMinChunk = 32;
 constexpr int kActivationFloats = 8192;  // 32 kB: one layer's activations of one chunk
 constexpr int kFloatsPerCacheLine = 16;
+constexpr size_t kRowsAhead = 16;
 
 }  // namespace
 
@@ -49,8 +50,10 @@ void Batch<Scalar>::Gather(const ReplayBuffer& replay, std::span<const uint32_t>
   // A replay row is a column without its last part; whole cache lines are copied.
   const int floats = std::min(replay.row_floats(), stride_);
   Scalar* column = input(first);
-  for (uint32_t index : rows) {
-    const float* row = replay.row(static_cast<int>(index));
+  for (size_t r = 0; r < rows.size(); ++r) {
+    // They were asked for a chunk ago; what has left the first-level cache since then comes back meanwhile.
+    if (r + kRowsAhead < rows.size()) replay.Prefetch(static_cast<int>(rows[r + kRowsAhead]));
+    const float* row = replay.row(static_cast<int>(rows[r]));
     for (int i = 0; i < floats; i += kFloatsPerCacheLine) {
       for (int k = i; k < i + kFloatsPerCacheLine; ++k) column[k] = static_cast<Scalar>(row[k]);
     }

@@ -13,8 +13,9 @@ namespace {
 constexpr int kColumnStep = 4;  // InputGradient rounds its number of samples up to a multiple
 
 // Products that follow the samples, and the pass over what they yield, go by blocks of columns: that pass then finds it
-// in the first-level cache. The products for weights, which sum over samples, take all columns at once.
-constexpr int kBlock = 32;
+// in the first-level cache. The products for weights, which sum over samples, take all columns at once. On Zen 5 blocks
+// of 64 are 1 to 2 % faster than those of 32 at width 64; wider layers have chunks of 32 anyway.
+constexpr int kBlock = 64;
 constexpr int kMaxBlock = kBlock * 3 / 2;
 
 int RoundUp(int n, int step) { return (n + step - 1) / step * step; }
