@@ -4,6 +4,7 @@
 
 #include <map>
 
+#include "actors/persons.h"
 #include "actors/rollout.h"
 #include "common/roadmap/world_goal.h"
 #include "tests/actors/test_scene.h"
@@ -59,6 +60,56 @@ TEST(MenderTest, ItsBytesGoOnWhereItWas) {
   reader.Finish();
   EXPECT_EQ(other.marks(), mender.marks());
   for (const double elapsed : {8.0, 11.0, 12.1}) EXPECT_EQ(other.Report({}, elapsed), mender.Report({}, elapsed));
+}
+
+// A vehicle stands beside a corridor's way and looks at a person who walks to and fro along it for a quarter of an
+// hour: no mark of where the person has been lasts 10 s longer, and where the person is there is one.
+TEST(MenderTest, APersonWhoWalksThroughClosesNoCorridorForLong) {
+  Experiment experiment = HallExperiment();
+  WorldConfig& world = experiment.world;
+  world.persons = 1;
+  world.person_radius = 0.25 * experiment.vehicle.circumscribed_radius();
+  world.person_speed = 0.5 * experiment.vehicle.length;
+  world.persons_when = WorldConfig::BlockedWhen::kAlways;
+  experiment.planner.repair = PlannerConfig::Repair::kRays;
+  const double radius = 0.5 * experiment.vehicle.circumscribed_radius();
+  experiment.planner.repair_margin = experiment.planner.repair_mark_radius = radius;
+  Scene scene(experiment);
+  scene.SetTable(MakeChain(scene.world().goal, {0.5f, 1.0f, 1.5f, 2.0f, 2.5f, 2.7f}, 0.5f, 0.05));
+  Persons persons(scene);
+  persons.Reset({0.5, 0.5, 0}, true, {1, RandomPurpose::kPersons});
+  const SurpriseFinder finder(scene);
+  Mender mender(experiment.planner);
+  mender.Begin(1);
+  const Motion motion{1.5, 0.7, 0, 0, 0, 0, 0, 0};
+  constexpr double kStep = 0.1;
+  std::map<std::pair<float, float>, double> occupied;  // when the person was last near a mark
+  int steps_with_marks = 0;
+  double longest = 0;
+  for (double time = 0; time < 900; time += kStep) {
+    persons.Walk(kStep, {motion.x, motion.y, 0});
+    RangeFinder ranges(scene, &persons, {1, RandomPurpose::kRanges}, 0);
+    Findings findings;
+    finder.LookAround(motion, ranges, &findings);
+    mender.Report(findings, time);
+    const std::vector<float> marks = mender.marks();
+    steps_with_marks += !marks.empty();
+    for (size_t m = 0; m < marks.size(); m += 3) {
+      const std::pair<float, float> place(marks[m], marks[m + 1]);
+      const double gap = persons.Distance({marks[m], marks[m + 1], 0});
+      if (gap < radius || !occupied.contains(place)) occupied[place] = time;
+      longest = std::max(longest, time - occupied[place]);
+    }
+    std::erase_if(occupied, [&](const auto& known) {
+      for (size_t m = 0; m < marks.size(); m += 3) {
+        if (known.first == std::pair(marks[m], marks[m + 1])) return false;
+      }
+      return true;
+    });
+  }
+  EXPECT_GT(steps_with_marks, 1000);
+  EXPECT_GT(longest, 7);  // it was gone, and the mark not yet
+  EXPECT_LT(longest, 10);
 }
 
 // A small maze in which two doors are shut, and nobody told the planner.
