@@ -17,6 +17,7 @@ constexpr double kEffect = 0.7;     // of a command until the next look shows wh
 constexpr double kRecovery = 0.5;   // share of what is too near that a look makes up for
 constexpr double kSway = 0.1;       // share of the margin by which backing off may begin with coming nearer
 constexpr double kCreep = 0.6;      // share of the margin that may be used up to get free from a standstill
+constexpr double kDeep = 0.8;       // share of the margin beyond which only backing off is moving
 constexpr double kStands = 0.02;    // a vehicle that moves by less radii when told to stand still stands
 constexpr double kLook = 1.25;      // times the way of the command …
 constexpr double kLookRadii = 0.5;  // … and this many radii are looked at: others may go farther
@@ -224,9 +225,10 @@ std::optional<VehicleCommand> SafetyFilter::Redirect(const VehicleCommand& wante
   return Near({0, wanted[1], 0}, rules);
 }
 
-// Backing off from what is too near, coming no nearer to it, using up some of the margin from a standstill (parallel to
-// a wall a car's rear swings out before its way leads off), standing still; and where even that comes nearer, what does
-// so least.
+// Backing off from what is too near; coming no nearer to it, but not from deep in the margin (what is nearest is seen
+// anew at each look, and many small moves come nearer by what that differs: one of 100 episodes of random commands
+// touched); using up some of the margin from a standstill (parallel to a wall a car's rear swings out before its way
+// leads off); standing still; and where even that comes nearer, what does so least.
 VehicleCommand SafetyFilter::Find(const VehicleCommand& wanted) {
   VehicleCommand rest = twin_.Rest();
   for (int i = 0; i < num_commands_; ++i) rest[i] /= sizes_[i];
@@ -235,7 +237,7 @@ VehicleCommand SafetyFilter::Find(const VehicleCommand& wanted) {
   const bool stands = path.back().swept < kStands * radius_;
   const bool stops = Judge(rest, path, {now_, false, false}).excess == 0;
   if (const auto found = Redirect(wanted, BackingOff())) return *found;
-  if (now_ < 0) {
+  if (now_ < 0 && now_ > -kDeep * config_.margin) {
     if (const auto found = Redirect(wanted, {now_, true, false})) return *found;
   }
   const double creep = -kCreep * config_.margin;
