@@ -253,7 +253,7 @@ void Environment::Observe(float* observation) const {
   for (int i = 0; i < size; ++i) observation[i] += static_cast<float>(noise * random.Normal());
 }
 
-StepResult Environment::Step(const float* action, double training_share) {
+StepResult Environment::Step(const float* action) {
   CAIRN_CHECK(episode_.outcome == Outcome::kRunning, "the episode is over ({}): reset first",
               OutcomeName(episode_.outcome));
   StepEvent event = StepEvent::kNone;
@@ -262,7 +262,7 @@ StepResult Environment::Step(const float* action, double training_share) {
                       Drive(action, event);
   ++episode_.steps;
   state_->localization.Advance(episode_.steps);
-  return finite ? Finish(event, training_share) : Diverge();
+  return finite ? Finish(event) : Diverge();
 }
 
 bool Environment::Drive(const float* action, StepEvent& event) {
@@ -270,11 +270,11 @@ bool Environment::Drive(const float* action, StepEvent& event) {
   return state_->Drive(episode_.steps, event);
 }
 
-StepResult Environment::Finish(StepEvent event, double training_share) {
+StepResult Environment::Finish(StepEvent event) {
   State& s = *state_;
   const float distance = s.Distance(s.position());
   StepResult result;
-  result.reward = s.reward->Evaluate(event, d_min(), distance, training_share);
+  result.reward = s.reward->Evaluate(event, d_min(), distance);
   s.n.d_min = std::min<double>(s.n.d_min, distance);
   s.n.believed_d_min = std::min<double>(s.n.believed_d_min, BelievedDistance(distance));
   s.n.episode_return += result.reward;

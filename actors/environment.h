@@ -51,9 +51,8 @@ class Environment {
 
   /// Applies an action in [−1, 1]^action_size for one control period; the first event (contact, goal) ends it early.
   /// A non-finite action or state ends the episode as kDiverged (truncated, reward 0): the caller counts it and keeps
-  /// its last segment out of replay. Pose and observation stay those of the last finite state. `training_share`: of
-  /// total_env_steps that are done, for reward.collision_ramp.
-  StepResult Step(const float* action, double training_share = 1);
+  /// its last segment out of replay. Pose and observation stay those of the last finite state.
+  StepResult Step(const float* action);
 
   /// Bookkeeping of the current episode; complete when the last Step returned an end.
   const EpisodeResult& episode() const { return episode_; }
@@ -86,7 +85,7 @@ class Environment {
   void Start(const EpisodeResult& next, const Pose& start, int step_limit);
   bool Drive(const float* action, StepEvent& event);
   float BelievedDistance(float distance) const;
-  StepResult Finish(StepEvent event, double training_share);
+  StepResult Finish(StepEvent event);
   StepResult Diverge();
 
   std::unique_ptr<Scene> scene_;  // its own, at a fixed place: State refers to it

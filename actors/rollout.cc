@@ -147,12 +147,6 @@ bool Rollout::RetriesStart(VehicleState& vehicle, Outcome outcome) const {
   return outcome == Outcome::kCollision && vehicle.exploration.Uniform() < experiment().environment.retry_failed_start;
 }
 
-// By the vehicle's own steps, which do not depend on who else runs which vehicles.
-double Rollout::TrainingShare(const VehicleState& vehicle) const {
-  return static_cast<double>(vehicle.transitions * experiment().num_vehicles) /
-         static_cast<double>(experiment().total_env_steps);
-}
-
 void Rollout::Step(const std::vector<int>& indices, const RolloutContext& context) {
   Act(indices, context);
   for (size_t row = 0; row < indices.size(); ++row) {
@@ -191,7 +185,7 @@ void Rollout::Advance(VehicleState* vehicle, const float* action, const RolloutC
     segment.observations = vehicle->observation;
   }
   CAIRN_DCHECK(segment.policy_version == context.policy_version);
-  const StepResult result = vehicle->environment->Step(action, TrainingShare(*vehicle));
+  const StepResult result = vehicle->environment->Step(action);
   if (vehicle->environment->episode().outcome == Outcome::kDiverged) {
     return EndEpisode(vehicle, SegmentEnd::kTruncated, context.policy_version);
   }

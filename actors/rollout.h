@@ -93,7 +93,6 @@ class Rollout {
   void LoadVehicle(VehicleState* vehicle);
   void Act(const std::vector<int>& indices, const RolloutContext& context);
   void Advance(VehicleState* vehicle, const float* action, const RolloutContext& context);
-  double TrainingShare(const VehicleState& vehicle) const;
   bool RetriesStart(VehicleState& vehicle, Outcome outcome) const;
   void EndEpisode(VehicleState* vehicle, SegmentEnd end, int64_t policy_version);
   void CloseSegment(VehicleState* vehicle, SegmentEnd end);

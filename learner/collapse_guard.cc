@@ -19,8 +19,19 @@ void CollapseGuard::Visit(int64_t env_steps, int64_t version) {
   if (reverts_ && check) candidates_[version] = algorithm_->Save();
   evaluation_->Visit(env_steps, version, algorithm_->policy_parameters());
   if (evaluation_->last_solved() == consumption_starts_) warning_.clear();
+  if (check && evaluation_->hovering_checks() == collapse_checks_) OnHovering(env_steps);
   const int64_t best = evaluation_->best() ? evaluation_->best()->version : -1;
   std::erase_if(candidates_, [&](const auto& c) { return c.first != best && !evaluation_->Pending(c.first); });
+}
+
+// Nothing to go back to: another seed or a smaller R_- is the cure.
+void CollapseGuard::OnHovering(int64_t env_steps) {
+  warning_ = fmt::format(
+      "the policy hovers: no consumption start is solved and most time out since {} checks; another seed, or a "
+      "collision_reward "
+      "nearer to 0",
+      collapse_checks_);
+  log::Warning("{} ({} env steps)", warning_, env_steps);
 }
 
 void CollapseGuard::OnCollapse(int64_t env_steps) {

@@ -10,9 +10,9 @@
 
 namespace cairn::learner {
 
-/// Asks for evaluations, says when a policy that had solved the task has lost it, and with learner.on_collapse:
-/// REVERT_TO_BEST goes back to the networks of the best validated policy. In LOCKSTEP that does not depend on when
-/// results come in: those of one check are awaited at the next.
+/// Asks for evaluations, says when a policy has learnt to stand still or has lost a task that it had solved, and with
+/// learner.on_collapse: REVERT_TO_BEST goes back to the networks of the best validated policy. In LOCKSTEP that does
+/// not depend on when results come in: those of one check are awaited at the next.
 class CollapseGuard {
  public:
   CollapseGuard(const Experiment& experiment, EvaluationSchedule* evaluation, Algorithm* algorithm);
@@ -28,6 +28,7 @@ class CollapseGuard {
 
  private:
   void OnCollapse(int64_t env_steps);
+  void OnHovering(int64_t env_steps);
 
   const int consumption_starts_;
   const int collapse_checks_;

@@ -84,6 +84,8 @@ void EvaluationSchedule::ReceiveAll() {
 void EvaluationSchedule::OnConsumption(const EvaluationReport& report, const EvaluationSummary& summary) {
   const bool solved = summary.successes == summary.trials;
   last_solved_ = summary.successes;
+  const bool hovers = summary.successes == 0 && 2 * summary.timeouts >= summary.trials;
+  hovering_checks_ = hovers ? hovering_checks_ + 1 : 0;
   if (consumption_env_steps_ >= 0) {
     ++later_checks_;
     later_solved_ += solved ? 1 : 0;

@@ -52,6 +52,9 @@ class EvaluationSchedule {
   /// True once after `collapse_checks` checks in a row failed at least half of their starts, after one that solved all.
   bool TakeCollapse() { return std::exchange(collapsed_, false); }
 
+  /// Checks in a row up to the newest in which no start was solved and at least half timed out.
+  int hovering_checks() const { return hovering_checks_; }
+
   int64_t consumption_env_steps() const { return consumption_env_steps_; }  ///< −1: not reached
   double consumption_wall_s() const { return consumption_wall_s_; }
   /// Share of the checks after the first solved one that were solved as well; 1 when there was none.
@@ -81,6 +84,7 @@ class EvaluationSchedule {
   int last_solved_ = -1;
   int failed_checks_ = 0;
   bool collapsed_ = false;
+  int hovering_checks_ = 0;  // since launch or resume
   std::optional<PolicySnapshot> best_;
   std::pair<double, double> best_score_{-1, 0};  // success rate, minus mean time to goal
   std::optional<EvaluationSummary> test_;

@@ -1,24 +1,15 @@
 #include "actors/rewards/reward.h"
 
-#include <algorithm>
-
 #include "actors/rewards/euclidean_reward.h"
 #include "actors/rewards/graph_reward.h"
 #include "common/core/check.h"
 
 namespace cairn::actors {
-namespace {
 
-constexpr double kRampStart = 0.2;  // of R_-
-
-}  // namespace
-
-float Reward::Evaluate(StepEvent event, float d_min, float distance, double training_share) const {
+float Reward::Evaluate(StepEvent event, float d_min, float distance) const {
   double reward = config_.step_reward;
   if (event == StepEvent::kObstacle) {
-    const bool grown = training_share >= config_.collision_ramp;
-    const double scale = grown ? 1 : std::max(kRampStart, training_share / config_.collision_ramp);
-    reward += scale * config_.collision_reward;
+    reward += config_.collision_reward;
   } else if (event == StepEvent::kGoal) {
     reward += config_.goal_reward;
   } else if (pays_progress() && distance < d_min) {

@@ -21,8 +21,7 @@ class Reward {
 
   /// Equation 2, cases exclusive and in this order: obstacle, goal, progress (`distance` < `d_min`, so also the first
   /// finite value), otherwise 0; plus step_reward always. `d_min` is from before the step, `distance` D at its end.
-  /// `training_share`: of total_env_steps that are done, for reward.collision_ramp.
-  float Evaluate(StepEvent event, float d_min, float distance, double training_share = 1) const;
+  float Evaluate(StepEvent event, float d_min, float distance) const;
 
  protected:
   virtual bool pays_progress() const { return true; }

@@ -228,7 +228,6 @@ struct RewardConfig {
   double goal_reward = 10.0;
   double collision_reward = -2.0;
   double step_reward = 0.0;
-  double collision_ramp = 0.0;  ///< share of total_env_steps over which R_- grows
 
   bool operator==(const RewardConfig&) const = default;
 };

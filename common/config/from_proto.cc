@@ -190,7 +190,6 @@ RewardConfig Reward(const proto::Reward& message) {
   reward.goal_reward = message.goal_reward();
   reward.collision_reward = message.collision_reward();
   reward.step_reward = message.step_reward();
-  reward.collision_ramp = message.collision_ramp();
   return reward;
 }
 

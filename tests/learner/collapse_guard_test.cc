@@ -94,6 +94,20 @@ TEST_F(CollapseGuardTest, ContinueOnlySaysIt) {
   EXPECT_THAT(run.guard.candidates(), IsEmpty());
 }
 
+TEST_F(CollapseGuardTest, HoveringIsSaid) {
+  evaluator_.successes = [](const EvaluationRequest& r) { return r.version == 6 ? 1 : 0; };
+  TrainingRun crashing(experiment_, &evaluator_);
+  crashing.VisitAt({100, 200, 300, 400});
+  EXPECT_THAT(crashing.guard.warning(), IsEmpty());
+  evaluator_.failure = Outcome::kTimeout;
+  TrainingRun run(experiment_, &evaluator_);
+  run.VisitAt({100, 200});
+  EXPECT_THAT(run.guard.warning(), IsEmpty()) << "one check is in";
+  run.VisitAt({300});
+  EXPECT_THAT(run.guard.warning(),
+              HasSubstr("hovers: no consumption start is solved and most time out since 2 checks"));
+}
+
 TEST_F(CollapseGuardTest, LockstepActsAtChecksOnlyWheneverResultsComeIn) {
   TrainingRun run(experiment_, &evaluator_);
   run.VisitAt({100, 200, 300, 400, 500, 510, 520});

@@ -20,7 +20,7 @@ class FakeEvaluator final : public Evaluator {
     const int solved = std::min(request.num_starts, successes(request));
     for (int i = 0; i < request.num_starts; ++i) {
       EpisodeResult r;
-      r.outcome = i < solved ? Outcome::kGoal : Outcome::kCollision;
+      r.outcome = i < solved ? Outcome::kGoal : failure;
       r.duration = duration(request);
       report.results.push_back(r);
     }
@@ -39,6 +39,7 @@ class FakeEvaluator final : public Evaluator {
 
   std::function<int(const EvaluationRequest&)> successes = [](const EvaluationRequest&) { return 1000; };
   std::function<float(const EvaluationRequest&)> duration = [](const EvaluationRequest&) { return 5.0f; };
+  Outcome failure = Outcome::kCollision;
   bool answering = true;
   bool is_stopped = false;
   std::vector<EvaluationRequest> asked;

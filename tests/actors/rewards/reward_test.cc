@@ -42,21 +42,6 @@ TEST(RewardTest, StepRewardIsAddedToEveryStep) {
   EXPECT_EQ(reward->Evaluate(StepEvent::kObstacle, 1.0f, 0.9f), -2.25f);
 }
 
-TEST(RewardTest, CollisionsCostMoreAndMoreOverTheRamp) {
-  Experiment experiment;
-  experiment.reward.collision_reward = -5;
-  const auto cost = [&](double share) {
-    return MakeReward(experiment)->Evaluate(StepEvent::kObstacle, 1.0f, 0.9f, share);
-  };
-  EXPECT_EQ(cost(0), -5);
-  experiment.reward.collision_ramp = 0.4;
-  EXPECT_FLOAT_EQ(cost(0), -1);
-  EXPECT_FLOAT_EQ(cost(0.08), -1);
-  EXPECT_FLOAT_EQ(cost(0.2), -2.5f);
-  EXPECT_FLOAT_EQ(cost(0.4), -5);
-  EXPECT_FLOAT_EQ(cost(1), -5);
-}
-
 TEST(RewardTest, SparsePaysEventsOnly) {
   const auto reward = Make(RewardConfig::Kind::kSparse);
   EXPECT_EQ(reward->Evaluate(StepEvent::kNone, 1.0f, 0.5f), 0);
