@@ -24,12 +24,12 @@ void CollapseGuard::Visit(int64_t env_steps, int64_t version) {
   std::erase_if(candidates_, [&](const auto& c) { return c.first != best && !evaluation_->Pending(c.first); });
 }
 
-// Nothing to go back to: another seed or a smaller R_- is the cure.
+// Nothing to go back to, and other networks learn the same from the same replay.
 void CollapseGuard::OnHovering(int64_t env_steps) {
   warning_ = fmt::format(
-      "the policy hovers: no consumption start is solved and most time out since {} checks; another seed, or a "
-      "collision_reward "
-      "nearer to 0",
+      "the policy hovers: no consumption start is solved and most time out since {} checks; the cure is a price of "
+      "time "
+      "(reward.step_reward below 0)",
       collapse_checks_);
   log::Warning("{} ({} env steps)", warning_, env_steps);
 }
