@@ -54,7 +54,9 @@ struct Environment::State {
         meter(s, contact),
         disturbance(s.experiment().environment, s.experiment().vehicle),
         delay(s.experiment(), s.control_physics_steps()),
-        localization(s.experiment()) {
+        localization(s.experiment()),
+        last_actions(static_cast<size_t>(s.experiment().observation.last_actions) *
+                     s.experiment().vehicle.action_size()) {
     if (s.experiment().safety.filter != SafetyConfig::Filter::kOff) filter.emplace(s);
   }
 
@@ -84,6 +86,7 @@ struct Environment::State {
   CommandDelay delay;
   Localization localization;
   std::optional<SafetyFilter> filter;
+  std::vector<float> last_actions;  // newest first
   // Positions are set where they are used, so that observing twice gives the same.
   RandomStream observation_noise{0, RandomPurpose::kObservationNoise};
   RandomStream range_noise{0, RandomPurpose::kRanges};
@@ -121,6 +124,7 @@ void Environment::State::Place(const EpisodeResult& episode, const Pose& start, 
   n.filters = experiment.safety.filter == SafetyConfig::Filter::kAlways ||
               (evaluates && experiment.safety.filter == SafetyConfig::Filter::kEvaluation);
   delay.Reset(parameters);
+  std::fill(last_actions.begin(), last_actions.end(), 0.0f);
   if (filter) filter->Reset();
   const double spread = experiment.environment.footprint_spread;
   n.footprint_scale =
@@ -244,7 +248,7 @@ void Environment::Start(const EpisodeResult& next, const Pose& start, int step_l
 void Environment::Observe(float* observation) const {
   RangeFinder ranges = state_->Look(false);
   state_->builder.Build(state_->n.motion, believed_pose(), static_cast<float>(state_->n.believed_d_min), ranges,
-                        observation);
+                        state_->last_actions, observation);
   const double noise = scene_->experiment().environment.observation_noise;
   if (noise == 0) return;
   const int size = state_->builder.size();
@@ -267,6 +271,11 @@ StepResult Environment::Step(const float* action) {
 
 bool Environment::Drive(const float* action, StepEvent& event) {
   state_->delay.Push(episode_.steps, ToCommand(scene_->experiment().vehicle, action));
+  if (auto& last = state_->last_actions; !last.empty()) {
+    const int size = scene_->experiment().vehicle.action_size();
+    std::copy_backward(last.begin(), last.end() - size, last.end());
+    std::copy_n(action, size, last.begin());
+  }
   return state_->Drive(episode_.steps, event);
 }
 
@@ -340,6 +349,7 @@ std::string Environment::Save() const {
   state_->meter.Write(blob);
   state_->disturbance.Write(blob);
   state_->delay.Write(blob);
+  for (const float action : state_->last_actions) blob.Put(action);
   state_->localization.Write(blob);
   state_->persons.Write(blob);
   if (state_->filter) state_->filter->Write(blob);
@@ -355,6 +365,7 @@ void Environment::Load(const std::string& bytes) {
   state_->meter.Read(blob);
   state_->disturbance.Read(blob);
   state_->delay.Read(blob);
+  for (float& action : state_->last_actions) blob.Get(action);
   state_->localization.Read(blob);
   state_->persons.Read(blob);
   if (state_->filter) state_->filter->Read(blob);

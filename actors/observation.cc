@@ -51,17 +51,19 @@ ObservationBuilder::ObservationBuilder(const Scene& scene)
 
 void ObservationBuilder::Build(const Motion& motion, float d_min, float* out) const {
   RangeFinder ranges(scene_);
-  Build(motion, motion.pose(), d_min, ranges, out);
+  const std::vector<float> no_actions(static_cast<size_t>(config_.last_actions) * vehicle_.action_size());
+  Build(motion, motion.pose(), d_min, ranges, no_actions, out);
 }
 
 void ObservationBuilder::Build(const Motion& motion, const Pose& believed, float d_min, RangeFinder& ranges,
-                               float* out) const {
+                               std::span<const float> last_actions, float* out) const {
   if (config_.position) out = Position(believed, out);
   if (config_.heading && vehicle_.turns()) out = Heading(believed, out);
   if (config_.velocity) out = Velocity(motion, out);
   if (config_.d_min) out = DMin(d_min, out);
   if (config_.look_ahead) out = LookAhead(believed, out);
-  if (config_.rays) Rays(motion, ranges, out);
+  if (config_.rays) out = Rays(motion, ranges, out);
+  std::copy(last_actions.begin(), last_actions.end(), out);
 }
 
 float* ObservationBuilder::Position(const Pose& pose, float* out) const {

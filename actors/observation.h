@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "actors/motion.h"
@@ -10,8 +11,8 @@ namespace cairn::actors {
 
 /// Turns a vehicle's state into what the policy sees. Entries in the order of ObservationConfig, each part switchable:
 /// position 2, heading 2, velocity 2 (forward speed, yaw rate), d_min 1, look_ahead 2 × 2, rays scan.beams. In space
-/// position 3, no heading, velocity 3, look_ahead 2 × 3; HOLONOMIC has velocity 3 (vx, vy, yaw rate). Stateless after
-/// construction.
+/// position 3, no heading, velocity 3, look_ahead 2 × 3; HOLONOMIC has velocity 3 (vx, vy, yaw rate). At the end the
+/// last actions. Stateless after construction.
 class ObservationBuilder {
  public:
   /// `scene` must outlive the builder; its table is read at each call.
@@ -21,10 +22,11 @@ class ObservationBuilder {
   int size() const { return size_; }
 
   /// Writes the observation of a finite motion by a vehicle that takes `believed` for its pose and sees `ranges`;
-  /// `d_min` [m].
-  void Build(const Motion& motion, const Pose& believed, float d_min, RangeFinder& ranges, float* out) const;
+  /// `d_min` [m]; `last_actions` newest first.
+  void Build(const Motion& motion, const Pose& believed, float d_min, RangeFinder& ranges,
+             std::span<const float> last_actions, float* out) const;
 
-  /// The same without noise and people.
+  /// The same without noise, people and earlier actions.
   void Build(const Motion& motion, float d_min, float* out) const;
 
  private:

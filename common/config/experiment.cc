@@ -45,8 +45,8 @@ int ObservationSize(const Experiment& experiment) {
   if (observation.velocity) size += vehicle.holonomic() ? 3 : 2;
   if (observation.d_min) size += 1;
   if (observation.look_ahead) size += 2 * vehicle.dimension();
-  if (observation.rays) size += experiment.vehicle.scan.beams;
-  return size;
+  if (observation.rays) size += vehicle.scan.beams;
+  return size + observation.last_actions * vehicle.action_size();
 }
 
 int EpisodeSteps(const Experiment& experiment, double max_cost) {

@@ -217,6 +217,7 @@ struct ObservationConfig {
   double pose_jump_interval = 5.0;
   double range_noise = 0.0;
   double range_dropout = 0.0;
+  int last_actions = 0;
 
   bool operator==(const ObservationConfig&) const = default;
 };

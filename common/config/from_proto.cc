@@ -180,6 +180,7 @@ ObservationConfig Observation(const proto::Observation& message) {
   observation.pose_jump_interval = message.pose_jump_interval();
   observation.range_noise = message.range_noise();
   observation.range_dropout = message.range_dropout();
+  observation.last_actions = message.last_actions();
   return observation;
 }
 

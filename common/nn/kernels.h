@@ -11,8 +11,10 @@ struct Table {
   /// z := max(0, z + bias); NaN stays NaN.
   void (*bias_relu)(const float* bias, int rows, int columns, float* z);
 
-  /// bias_relu, and the dot product of each resulting column with `w`, plus `offset`: y [columns].
-  void (*bias_relu_dot)(const float* bias, const float* w, float offset, int rows, int columns, float* z, float* y);
+  /// bias_relu and narrow_product in one pass: y [outs × columns], y_oj = offsets_o + Σ_i w_io max(0, z_ij + bias_i).
+  /// Without `keep` z is of no meaning afterwards.
+  void (*bias_relu_product)(const float* bias, const float* w, const float* offsets, int rows, int outs, int columns,
+                            bool keep, float* z, float* y);
 
   /// y [outs × columns]: y_oj = offsets_o + Σ_i w_io x_ij, w [rows × outs]; for few outputs. `offsets` may be null.
   void (*narrow_product)(const float* w, const float* offsets, const float* x, int rows, int outs, int columns,
@@ -21,7 +23,7 @@ struct Table {
   /// d := d where h > 0, else 0; sums += d over columns.
   void (*relu_backward)(const float* h, int rows, int columns, float* d, float* sums);
 
-  /// Backward of bias_relu_dot: d := w e_j where h_j > 0, else 0; sums += d over columns; w_gradient += e_j h_j.
+  /// Backward of bias_relu_product with one output: d := w e_j where h_j > 0, else 0; sums += d over columns; w_gradient += e_j h_j.
   void (*dot_backward)(const float* w, const float* e, const float* h, int rows, int columns, float* d, float* sums,
                        float* w_gradient);
 

@@ -67,8 +67,11 @@ void BiasRelu(const float* bias, int rows, int columns, float* z) {
   for (; j < columns; ++j) BiasReluTile<1>(bias, rows, z + static_cast<ptrdiff_t>(j) * rows);
 }
 
-/// C columns; y_j := offset + w · z_j.
-template <int C>
+/// How a column enters a product: as it is, or after bias and ReLU, which are then stored in its place or not.
+enum class Entry { kPlain, kActivated, kActivatedAndKept };
+
+/// C columns; y_j := offset + w · max(0, z_j + bias).
+template <int C, Entry E>
 CAIRN_INLINE void BiasReluDotTile(const float* bias, const float* w, float offset, int rows, float* z, float* y) {
   Lanes sum[4];
   Unrolled<4>([&](auto c) CAIRN_INLINE_LAMBDA { sum[c.value] = First(offset); });
@@ -81,14 +84,16 @@ CAIRN_INLINE void BiasReluDotTile(const float* bias, const float* w, float offse
     const Lanes b = Load(bias + r), weight = Load(w + r);
     Unrolled<C>([&](auto c) CAIRN_INLINE_LAMBDA {
       float* p = z + static_cast<ptrdiff_t>(c.value) * rows + r;
-      Store(add(c, Relu(Add(Load(p), b)), weight), p);
+      const Lanes h = add(c, Relu(Add(Load(p), b)), weight);
+      if (E == Entry::kActivatedAndKept) Store(h, p);
     });
   }
   if (const int rest = rows - r; rest > 0) {
     const Lanes b = LoadPart(bias + r, rest), weight = LoadPart(w + r, rest);
     Unrolled<C>([&](auto c) CAIRN_INLINE_LAMBDA {
       float* p = z + static_cast<ptrdiff_t>(c.value) * rows + r;
-      StorePart(add(c, Relu(Add(LoadPart(p, rest), b)), weight), rest, p);
+      const Lanes h = add(c, Relu(Add(LoadPart(p, rest), b)), weight);
+      if (E == Entry::kActivatedAndKept) StorePart(h, rest, p);
     });
   }
   float sums[4];
@@ -96,25 +101,31 @@ CAIRN_INLINE void BiasReluDotTile(const float* bias, const float* w, float offse
   for (int c = 0; c < C; ++c) y[c] = sums[c];
 }
 
-void BiasReluDot(const float* bias, const float* w, float offset, int rows, int columns, float* z, float* y) {
+template <Entry E>
+inline void BiasReluDot(const float* bias, const float* w, float offset, int rows, int columns, float* z, float* y) {
   int j = 0;
   for (; j + 4 <= columns; j += 4)
-    BiasReluDotTile<4>(bias, w, offset, rows, z + static_cast<ptrdiff_t>(j) * rows, y + j);
-  for (; j < columns; ++j) BiasReluDotTile<1>(bias, w, offset, rows, z + static_cast<ptrdiff_t>(j) * rows, y + j);
+    BiasReluDotTile<4, E>(bias, w, offset, rows, z + static_cast<ptrdiff_t>(j) * rows, y + j);
+  for (; j < columns; ++j) BiasReluDotTile<1, E>(bias, w, offset, rows, z + static_cast<ptrdiff_t>(j) * rows, y + j);
 }
 
-/// C columns of x times O columns of w.
-template <int C, int O>
-CAIRN_INLINE void ProductTile(const float* w, const float* offsets, const float* x, int rows, int outs, float* y) {
+/// C columns of x times O columns of w. `bias` only for an Entry that is activated.
+template <int C, int O, Entry E>
+CAIRN_INLINE void ProductTile(const float* bias, const float* w, const float* offsets, int rows, int outs, float* x,
+                              float* y) {
   constexpr int kPadded = (C * O + 3) / 4 * 4;
   Lanes sum[kPadded];  // entry c · O + o
   Unrolled<kPadded>([&](auto i) CAIRN_INLINE_LAMBDA {
     sum[i.value] = i.value < C * O && offsets != nullptr ? First(offsets[i.value % O]) : Zero();
   });
-  const auto add = [&](int r, auto load) CAIRN_INLINE_LAMBDA {
+  const auto add = [&](int r, auto load, auto store) CAIRN_INLINE_LAMBDA {
     Lanes column[C];
-    Unrolled<C>([&](auto c)
-                    CAIRN_INLINE_LAMBDA { column[c.value] = load(x + static_cast<ptrdiff_t>(c.value) * rows + r); });
+    Unrolled<C>([&](auto c) CAIRN_INLINE_LAMBDA {
+      float* p = x + static_cast<ptrdiff_t>(c.value) * rows + r;
+      column[c.value] = load(p);
+      if (E != Entry::kPlain) column[c.value] = Relu(Add(column[c.value], load(bias + r)));
+      if (E == Entry::kActivatedAndKept) store(column[c.value], p);
+    });
     Unrolled<O>([&](auto o) CAIRN_INLINE_LAMBDA {
       const Lanes weight = load(w + static_cast<ptrdiff_t>(o.value) * rows + r);
       Unrolled<C>([&](auto c) CAIRN_INLINE_LAMBDA {
@@ -124,9 +135,15 @@ CAIRN_INLINE void ProductTile(const float* w, const float* offsets, const float*
     });
   };
   int r = 0;
-  for (; r + kLanes <= rows; r += kLanes) add(r, [](const float* p) CAIRN_INLINE_LAMBDA { return Load(p); });
+  for (; r + kLanes <= rows; r += kLanes) {
+    add(
+        r, [](const float* p) CAIRN_INLINE_LAMBDA { return Load(p); },
+        [](Lanes v, float* p) CAIRN_INLINE_LAMBDA { Store(v, p); });
+  }
   if (const int rest = rows - r; rest > 0) {
-    add(r, [rest](const float* p) CAIRN_INLINE_LAMBDA { return LoadPart(p, rest); });
+    add(
+        r, [rest](const float* p) CAIRN_INLINE_LAMBDA { return LoadPart(p, rest); },
+        [rest](Lanes v, float* p) CAIRN_INLINE_LAMBDA { StorePart(v, rest, p); });
   }
   const auto add_lanes = [&](float* to) CAIRN_INLINE_LAMBDA {
     Unrolled<kPadded / 4>([&](auto g) CAIRN_INLINE_LAMBDA {
@@ -142,33 +159,64 @@ CAIRN_INLINE void ProductTile(const float* w, const float* offsets, const float*
   }
 }
 
-template <int C>
-inline void ProductColumns(const float* w, const float* offsets, const float* x, int rows, int outs, float* y) {
+/// The first tile of outputs activates the columns; the others then find them as they are.
+template <int C, Entry E>
+inline void ProductColumns(const float* bias, const float* w, const float* offsets, int rows, int outs, float* x,
+                           float* y) {
+  constexpr Entry kFirst = E == Entry::kPlain ? E : Entry::kActivatedAndKept;
   int o = 0;
-  const auto tiles = [&](auto width) {  // as many outputs at a time as the registers hold
+  const auto tile = [&](auto width, auto entry) CAIRN_INLINE_LAMBDA {
     constexpr int kOutputs = decltype(width)::value;
-    for (; o + kOutputs <= outs; o += kOutputs) {
-      ProductTile<C, kOutputs>(w + static_cast<ptrdiff_t>(o) * rows, offsets != nullptr ? offsets + o : nullptr, x,
-                               rows, outs, y + o);
-    }
+    ProductTile<C, kOutputs, static_cast<Entry>(decltype(entry)::value)>(
+        bias, w + static_cast<ptrdiff_t>(o) * rows, offsets != nullptr ? offsets + o : nullptr, rows, outs, x, y + o);
+    o += kOutputs;
+  };
+  const auto tiles = [&](auto width) CAIRN_INLINE_LAMBDA {  // as many outputs at a time as the registers hold
+    constexpr int kOutputs = decltype(width)::value;
+    if (o == 0 && outs == kOutputs) tile(width, Index<static_cast<int>(E)>());
+    if (o == 0 && outs > kOutputs) tile(width, Index<static_cast<int>(kFirst)>());
+    while (o + kOutputs <= outs) tile(width, Index<static_cast<int>(Entry::kPlain)>());
   };
 #ifdef __AVX512F__
-  tiles(Index<6>());
+  if constexpr (C <= 2) tiles(Index<6>());
 #endif
   tiles(Index<3>());
   tiles(Index<2>());
   tiles(Index<1>());
 }
 
-void NarrowProduct(const float* w, const float* offsets, const float* x, int rows, int outs, int columns, float* y) {
+template <Entry E>
+inline void Product(const float* bias, const float* w, const float* offsets, int rows, int outs, int columns, float* x,
+                    float* y) {
   int j = 0;
-  for (; j + 2 <= columns; j += 2) {
-    ProductColumns<2>(w, offsets, x + static_cast<ptrdiff_t>(j) * rows, rows, outs,
-                      y + static_cast<ptrdiff_t>(j) * outs);
-  }
-  if (j < columns) {
-    ProductColumns<1>(w, offsets, x + static_cast<ptrdiff_t>(j) * rows, rows, outs,
-                      y + static_cast<ptrdiff_t>(j) * outs);
+  const auto tiles = [&](auto width) CAIRN_INLINE_LAMBDA {
+    constexpr int kColumns = decltype(width)::value;
+    for (; j + kColumns <= columns; j += kColumns) {
+      ProductColumns<kColumns, E>(bias, w, offsets, rows, outs, x + static_cast<ptrdiff_t>(j) * rows,
+                                  y + static_cast<ptrdiff_t>(j) * outs);
+    }
+  };
+#ifdef __AVX512F__
+  if (outs <= 3) tiles(Index<4>());
+#endif
+  tiles(Index<2>());
+  tiles(Index<1>());
+}
+
+void NarrowProduct(const float* w, const float* offsets, const float* x, int rows, int outs, int columns, float* y) {
+  Product<Entry::kPlain>(nullptr, w, offsets, rows, outs, columns, const_cast<float*>(x), y);  // nothing is stored
+}
+
+void BiasReluProduct(const float* bias, const float* w, const float* offsets, int rows, int outs, int columns,
+                     bool keep, float* z, float* y) {
+  if (outs == 1 && keep) {
+    BiasReluDot<Entry::kActivatedAndKept>(bias, w, offsets[0], rows, columns, z, y);
+  } else if (outs == 1) {
+    BiasReluDot<Entry::kActivated>(bias, w, offsets[0], rows, columns, z, y);
+  } else if (keep) {
+    Product<Entry::kActivatedAndKept>(bias, w, offsets, rows, outs, columns, z, y);
+  } else {
+    Product<Entry::kActivated>(bias, w, offsets, rows, outs, columns, z, y);
   }
 }
 
@@ -312,8 +360,8 @@ void Transpose(const float* from, int rows, int columns, float* to) {
   }
 }
 
-constexpr Table kTable = {CAIRN_KERNELS_NAME, BiasRelu,    BiasReluDot, NarrowProduct, ReluBackward,
-                          DotBackward,        MaskSamples, MaskVector,  Transpose};
+constexpr Table kTable = {CAIRN_KERNELS_NAME, BiasRelu,    BiasReluProduct, NarrowProduct, ReluBackward,
+                          DotBackward,        MaskSamples, MaskVector,      Transpose};
 
 }  // namespace
 }  // namespace CAIRN_KERNELS_NAMESPACE

@@ -9,23 +9,32 @@
 
 namespace cairn::learner {
 
-/// How the samples of a batch are cut into pieces that stay in the first-level cache all through the layers.
+/// How the samples of a batch are cut into pieces that stay in the first-level cache all through the layers, and these
+/// into the shares of threads.
 class Chunks {
  public:
-  /// Pieces of nearly equal size, at most about `kActivationFloats` floats of the widest layer each.
-  Chunks(int batch_size, int widest_layer);
+  /// Pieces of nearly equal size, at most about `kActivationFloats` floats of the widest layer each, smaller ones for
+  /// several shares. `parameters`, those of a critic, tell how long a piece takes.
+  Chunks(int batch_size, int widest_layer, int shares = 1, size_t parameters = 0);
 
   int count() const { return (batch_size_ + chunk_ - 1) / chunk_; }
   int first(int c) const { return c * chunk_; }
   int size(int c) const { return c + 1 < count() ? chunk_ : batch_size_ - first(c); }
-  /// Where share number `share` of `shares` begins; the last one ends at share_begin(shares, shares).
-  int share_begin(int share, int shares) const { return count() * share / shares; }
+  /// At most as many as were asked for: none is empty.
+  int num_shares() const { return shares_; }
+  /// Where a share begins; the last one ends at share_begin(num_shares()). The first is the caller's, which begins
+  /// while the others wake up, and larger by that much.
+  int share_begin(int share) const;
   /// The sizes that occur, ascending.
   std::vector<int> sizes() const;
 
  private:
+  int FirstShare(double chunk_seconds) const;
+
   int batch_size_;
   int chunk_;
+  int shares_;
+  int first_share_;  // of chunks
 };
 
 /// Floats from one sample of a batch to the next.

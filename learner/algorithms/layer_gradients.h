@@ -14,19 +14,21 @@ namespace cairn::learner::layers {
 
 using cairn::layers::LaneSum;
 
-/// z := max(0, z + bias), and y_j := offset + w · z_j.
+/// y_oj := offsets_o + Σ_i w_io max(0, z_ij + bias_i), w [rows × outs], y [outs × columns]. With `keep` z := what the
+/// sum takes of it, otherwise z is of no meaning afterwards.
 template <typename Scalar>
-inline void BiasReluDot(const Scalar* bias, const Scalar* w, Scalar offset, int rows, int columns, Scalar* z,
-                        Scalar* y) {
+inline void BiasReluProduct(const Scalar* bias, const Scalar* w, const Scalar* offsets, int rows, int outs, int columns,
+                            bool /*keep*/, Scalar* z, Scalar* y) {
   cairn::layers::BiasRelu(bias, rows, columns, z);
-  cairn::layers::NarrowProduct(w, &offset, z, rows, 1, columns, y);
+  cairn::layers::NarrowProduct(w, offsets, z, rows, outs, columns, y);
 }
-inline void BiasReluDot(const float* bias, const float* w, float offset, int rows, int columns, float* z, float* y) {
-  kernels::Best().bias_relu_dot(bias, w, offset, rows, columns, z, y);
+inline void BiasReluProduct(const float* bias, const float* w, const float* offsets, int rows, int outs, int columns,
+                            bool keep, float* z, float* y) {
+  kernels::Best().bias_relu_product(bias, w, offsets, rows, outs, columns, keep, z, y);
 }
 
-/// Backward of BiasReluDot for derivatives e_j by y_j: d := derivatives by z + bias, sums += those by the bias,
-/// w_gradient += those by w.
+/// Backward of BiasReluProduct with one output for derivatives e_j by y_j: d := derivatives by z + bias, sums += those
+/// by the bias, w_gradient += those by w.
 template <typename Scalar>
 inline void DotBackward(const Scalar* w, const Scalar* e, const Scalar* h, int rows, int columns, Scalar* __restrict d,
                         Scalar* __restrict sums, Scalar* __restrict w_gradient) {

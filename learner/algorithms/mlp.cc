@@ -148,7 +148,7 @@ void Mlp<Scalar>::AddLayer(const MlpLayer& layer, int x_stride) {
 }
 
 template <typename Scalar>
-const Scalar* Mlp<Scalar>::Forward(const MlpWeights<Scalar>& weights, const Scalar* x, int n,
+const Scalar* Mlp<Scalar>::Forward(const MlpWeights<Scalar>& weights, const Scalar* x, int n, Keep keep,
                                    MlpTape<Scalar>* tape) const {
   const int last = static_cast<int>(layers_.size()) - 2;
   for (int l = 0; l <= last; ++l) {
@@ -159,7 +159,7 @@ const Scalar* Mlp<Scalar>::Forward(const MlpWeights<Scalar>& weights, const Scal
       kernels_[l].forward(weights.values.data() + layer.weights, x + static_cast<ptrdiff_t>(first) * stride, columns,
                           h + static_cast<ptrdiff_t>(first) * layer.out);
       if (l < last || !fused_head()) Activate(weights, l, first, columns, tape);
-      if (l == last) Head(weights, first, columns, tape);
+      if (l == last) Head(weights, first, columns, keep, tape);
     });
     x = h;
   }
@@ -185,16 +185,18 @@ void Mlp<Scalar>::Activate(const MlpWeights<Scalar>& weights, int l, int first, 
 
 // The output from the last activations; a fused head computes those too.
 template <typename Scalar>
-void Mlp<Scalar>::Head(const MlpWeights<Scalar>& weights, int first, int columns, MlpTape<Scalar>* tape) const {
+void Mlp<Scalar>::Head(const MlpWeights<Scalar>& weights, int first, int columns, Keep keep,
+                       MlpTape<Scalar>* tape) const {
   const MlpLayer& head = layers_.back();
   const Scalar* p = weights.values.data();
   Scalar* x = tape->activations.back().data() + static_cast<ptrdiff_t>(first) * head.in;
   Scalar* y = tape->output.data() + static_cast<ptrdiff_t>(first) * head.out;
+  const Scalar* transposed = head.out == 1 ? p + head.weights : weights.transposed.data() + head.transposed;
   if (fused_head()) {
     const Scalar* bias = p + layers_[layers_.size() - 2].bias;
-    layers::BiasReluDot(bias, p + head.weights, p[head.bias], head.in, columns, x, y);
+    layers::BiasReluProduct(bias, transposed, p + head.bias, head.in, head.out, columns, keep == Keep::kActivations, x,
+                            y);
   } else if (head.narrow()) {
-    const Scalar* transposed = head.out == 1 ? p + head.weights : weights.transposed.data() + head.transposed;
     const Scalar* input = x;
     cairn::layers::NarrowProduct(transposed, p + head.bias, input, head.in, head.out, columns, y);
   } else {
@@ -215,7 +217,7 @@ void Mlp<Scalar>::Backward(const MlpWeights<Scalar>& weights, const Scalar* x, c
   const Scalar* delta = d_output;
   for (int l = top; l > 0; --l) {
     Scalar* below = tape->delta[l % 2].data();
-    if (l == top && fused_head()) {
+    if (l == top && fused_single_head()) {
       layers::DotBackward(weights.values.data() + head.weights, d_output, tape->activations[l - 1].data(), head.in, n,
                           below, sums + layers_[l - 1].bias, sums + head.weights);
     } else {
@@ -239,7 +241,7 @@ void Mlp<Scalar>::ZeroVectors(Scalar* gradient) const {
     const size_t norm = layer.hidden && shape_.layer_norm ? 2 * layer.out : 0;
     std::fill_n(gradient + layer.bias, layer.out + norm, Scalar{0});
   }
-  if (fused_head()) std::fill_n(gradient + layers_.back().weights, layers_.back().in, Scalar{0});
+  if (fused_single_head()) std::fill_n(gradient + layers_.back().weights, layers_.back().in, Scalar{0});
 }
 
 // delta: derivatives by the layer's activations → by its z = W x + b.

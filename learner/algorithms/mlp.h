@@ -74,7 +74,14 @@ class Mlp {
   int max_columns() const { return columns_.back(); }
 
   /// f(x) for n samples, [num_outputs × n], which stands in `tape`.
-  const Scalar* Forward(const MlpWeights<Scalar>& weights, const Scalar* x, int n, MlpTape<Scalar>* tape) const;
+  const Scalar* Forward(const MlpWeights<Scalar>& weights, const Scalar* x, int n, MlpTape<Scalar>* tape) const {
+    return Forward(weights, x, n, Keep::kActivations, tape);
+  }
+
+  /// The same bits; no Backward or InputGradient may follow.
+  const Scalar* Value(const MlpWeights<Scalar>& weights, const Scalar* x, int n, MlpTape<Scalar>* tape) const {
+    return Forward(weights, x, n, Keep::kOutput, tape);
+  }
 
   /// Adds to `gradient` (of MakeGradientBuffer) the derivatives of a loss by the parameters; with kOverwrite, for the
   /// first samples of a batch, it starts anew. `d_output` [num_outputs × n] are the derivatives by the outputs of the
@@ -107,13 +114,18 @@ class Mlp {
     std::vector<Gemm<Scalar>> weight_gradient, weight_gradient_sum;
   };
 
-  /// A single output without LayerNorm below it: its products share the passes of the last activation.
-  bool fused_head() const { return shape_.num_outputs == 1 && !shape_.layer_norm; }
+  enum class Keep { kActivations, kOutput };
 
+  /// Few outputs without LayerNorm below them: their products share the passes of the last activation.
+  bool fused_head() const { return layers_.back().narrow() && !shape_.layer_norm; }
+  bool fused_single_head() const { return fused_head() && layers_.back().out == 1; }
+
+  const Scalar* Forward(const MlpWeights<Scalar>& weights, const Scalar* x, int n, Keep keep,
+                        MlpTape<Scalar>* tape) const;
   void AddLayer(const MlpLayer& layer, int x_stride);
   // These treat `columns` samples from the chunk's `first` on.
   void Activate(const MlpWeights<Scalar>& weights, int l, int first, int columns, MlpTape<Scalar>* tape) const;
-  void Head(const MlpWeights<Scalar>& weights, int first, int columns, MlpTape<Scalar>* tape) const;
+  void Head(const MlpWeights<Scalar>& weights, int first, int columns, Keep keep, MlpTape<Scalar>* tape) const;
   void BackwardActivation(const MlpWeights<Scalar>& weights, int l, int first, int columns, MlpTape<Scalar>* tape,
                           Scalar* delta, Scalar* gradient) const;
 

@@ -16,14 +16,14 @@ template <typename Scalar>
 Sac<Scalar>::Sac(const LearnerConfig& config, const PolicyShape& shape, uint64_t seed)
     : config_(config),
       action_size_(shape.action_size),
-      chunks_(config.batch_size, WidestLayer(shape)),
+      chunks_(config.batch_size, WidestLayer(shape), config.update_threads, CriticMlpShape(shape).num_parameters()),
       policy_mlp_(PolicyMlpShape(shape), BatchStride(shape.observation_size, shape.action_size), chunks_.sizes()),
       policy_(policy_mlp_, seed, 0),
       critics_(CriticMlpShape(shape), BatchStride(shape.observation_size, shape.action_size), chunks_.sizes(),
                shape.action_size, seed),
       log_alpha_(std::log(config.initial_alpha)),
       alpha_adam_(1),
-      team_(std::min(config.update_threads, chunks_.count())) {
+      team_(chunks_.num_shares()) {
   CAIRN_CHECK(shape.head == PolicyShape::Head::kGaussian && policy_.weights.values.size() == shape.num_parameters());
   for (int share = 0; share < team_.size(); ++share) works_.push_back(MakeWork(share));
 }
@@ -85,7 +85,7 @@ double Sac<Scalar>::CriticLoss(Batch<Scalar>* batch, BatchFeeder* feeder) {
 template <typename Scalar>
 void Sac<Scalar>::CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work) {
   // a' ~ π(·|s')
-  const Scalar* y = policy_mlp_.Forward(policy_.weights, batch->next_input(first), n, &work->policy_tape);
+  const Scalar* y = policy_mlp_.Value(policy_.weights, batch->next_input(first), n, &work->policy_tape);
   work->head.Sample(y, n, batch->next_noise() + first, batch->size(), batch->next_action(first), batch->stride());
   const Scalar* log_prob = work->head.log_prob();
   // y = R + discount (min_i Q'_i(s', a') − alpha log π(a'|s'))

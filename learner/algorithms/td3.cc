@@ -30,13 +30,13 @@ template <typename Scalar>
 Td3<Scalar>::Td3(const LearnerConfig& config, const PolicyShape& shape, uint64_t seed)
     : config_(config),
       action_size_(shape.action_size),
-      chunks_(config.batch_size, WidestLayer(shape)),
+      chunks_(config.batch_size, WidestLayer(shape), config.update_threads, CriticMlpShape(shape).num_parameters()),
       policy_mlp_(PolicyMlpShape(shape), BatchStride(shape.observation_size, shape.action_size), chunks_.sizes()),
       policy_(policy_mlp_, seed, 0),
       policy_target_(CopyWeights(policy_mlp_, policy_.weights)),
       critics_(CriticMlpShape(shape), BatchStride(shape.observation_size, shape.action_size), chunks_.sizes(),
                shape.action_size, seed),
-      team_(std::min(config.update_threads, chunks_.count())) {
+      team_(chunks_.num_shares()) {
   CAIRN_CHECK(shape.head == PolicyShape::Head::kDeterministic &&
               policy_.weights.values.size() == shape.num_parameters());
   for (int share = 0; share < team_.size(); ++share) works_.push_back(MakeWork(share));
@@ -105,7 +105,7 @@ template <typename Scalar>
 void Td3<Scalar>::SmoothedTargetAction(Batch<Scalar>* batch, int first, int n, Work* work) {
   const auto sigma = static_cast<Scalar>(config_.target_policy_noise);
   const auto limit = static_cast<Scalar>(config_.target_noise_clip);
-  const Scalar* y = policy_mlp_.Forward(policy_target_, batch->next_input(first), n, &work->policy_tape);
+  const Scalar* y = policy_mlp_.Value(policy_target_, batch->next_input(first), n, &work->policy_tape);
   Tanh(y, n * action_size_, work->action.data());
   for (int j = 0; j < n; ++j) {
     Scalar* action = batch->next_action(first + j);

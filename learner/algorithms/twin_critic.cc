@@ -37,8 +37,8 @@ TwinCritic<Scalar>::TwinCritic(const MlpShape& shape, int input_stride, const st
 
 template <typename Scalar>
 void TwinCritic<Scalar>::MinTargetQ(const Scalar* input, int n, Work* work, Scalar* q) const {
-  const Scalar* q1 = mlp_.Forward(targets_[0], input, n, &work->tape[0]);
-  const Scalar* q2 = mlp_.Forward(targets_[1], input, n, &work->tape[1]);
+  const Scalar* q1 = mlp_.Value(targets_[0], input, n, &work->tape[0]);
+  const Scalar* q2 = mlp_.Value(targets_[1], input, n, &work->tape[1]);
   for (int j = 0; j < n; ++j) q[j] = q2[j] < q1[j] ? q2[j] : q1[j];
 }
 

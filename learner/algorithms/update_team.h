@@ -50,7 +50,7 @@ class UpdateTeam {
 template <typename Work, typename F>
 void ForChunks(UpdateTeam* team, const Chunks& chunks, BatchFeeder* feeder, std::vector<Work>* works, F f) {
   team->Run([&](int share) {
-    const int begin = chunks.share_begin(share, team->size()), end = chunks.share_begin(share + 1, team->size());
+    const int begin = chunks.share_begin(share), end = chunks.share_begin(share + 1);
     for (int c = begin; c < end; ++c) {
       const bool last = c + 1 == end;
       const int next = last ? begin : c + 1;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cmath>
 #include <memory>
+#include <vector>
 
 #include "actors/environment.h"
 #include "actors/scene.h"
@@ -51,6 +53,7 @@ inline Experiment NoisyMazeExperiment() {
   experiment.observation.pose_jump_interval = 0.5;
   experiment.observation.range_noise = 0.002;
   experiment.observation.range_dropout = 0.02;
+  experiment.observation.last_actions = 2;
   experiment.world.persons = 2;
   experiment.world.persons_when = WorldConfig::BlockedWhen::kAlways;
   experiment.safety.filter = SafetyConfig::Filter::kAlways;
@@ -93,6 +96,25 @@ int FindEvaluationStart(const Scene& scene, const Accept& accept) {
     if (accept(scene.EvaluationStart(StartSet::kTest, index))) return index;
   }
   return -1;
+}
+
+inline std::vector<float> Observe(const Environment& environment) {
+  std::vector<float> out(static_cast<size_t>(ObservationSize(environment.scene().experiment())));
+  environment.Observe(out.data());
+  return out;
+}
+
+/// An evaluation start in the hall from which straight ahead leads to the wall at x = 0 (facing −x within 0.1 rad).
+inline int StartTowardsWall(const Scene& scene) {
+  return FindEvaluationStart(scene, [](const Pose& p) {
+    return std::abs(std::remainder(p.yaw - M_PI, 2 * M_PI)) < 0.05 && p.x > 0.3 && p.x < 0.6 && p.y > 0.3 && p.y < 0.7;
+  });
+}
+
+/// One that faces the goal region from 0.5 to 1 m before it.
+inline int StartTowardsGoal(const Scene& scene) {
+  return FindEvaluationStart(
+      scene, [](const Pose& p) { return std::abs(p.yaw) < 0.05 && p.x > 1.6 && p.x < 2.1 && p.y > 0.4 && p.y < 0.6; });
 }
 
 }  // namespace cairn::actors

@@ -30,14 +30,17 @@ std::vector<float> Results(const Table& table, int rows, int columns, int outs) 
 
   std::vector<float> all;
   const auto keep = [&all](const std::vector<float>& values) { all.insert(all.end(), values.begin(), values.end()); };
-  std::vector<float> z = Normals(size, 6), y(columns), d = Normals(size, 7), sums = Normals(rows, 8), slope = sums;
+  std::vector<float> z = Normals(size, 6), d = Normals(size, 7), sums = Normals(rows, 8), slope = sums;
   table.bias_relu(bias.data(), rows, columns, z.data());
   keep(z);
-  z = Normals(size, 6);
-  table.bias_relu_dot(bias.data(), w.data(), 0.5f, rows, columns, z.data(), y.data());
-  keep(z);
-  keep(y);
   std::vector<float> products(outs * columns);
+  for (bool keeps : {true, false}) {
+    z = Normals(size, 6);
+    table.bias_relu_product(bias.data(), w.data(), offsets.data(), rows, outs, columns, keeps, z.data(),
+                            products.data());
+    if (keeps) keep(z);
+    keep(products);
+  }
   table.narrow_product(w.data(), offsets.data(), h.data(), rows, outs, columns, products.data());
   keep(products);
   table.narrow_product(w.data(), nullptr, h.data(), rows, outs, columns, products.data());
@@ -62,7 +65,7 @@ std::vector<float> Results(const Table& table, int rows, int columns, int outs) 
 TEST(KernelsTest, SameBitsForEveryInstructionSet) {
   for (int rows : {1, 7, 15, 16, 17, 32, 48, 64, 70, 130, 256}) {
     for (int columns : {1, 2, 3, 4, 5, 8, 31, 64}) {
-      for (int outs : {1, 2, 3, 6}) {
+      for (int outs : {1, 2, 3, 6, 8}) {
         const std::vector<float> base = Results(Base(), rows, columns, outs),
                                  best = Results(Best(), rows, columns, outs);
         ASSERT_EQ(std::memcmp(base.data(), best.data(), base.size() * sizeof(float)), 0)
@@ -79,22 +82,24 @@ class KernelsReferenceTest : public testing::TestWithParam<std::tuple<int, int>>
 };
 
 TEST_P(KernelsReferenceTest, ForwardPasses) {
-  std::vector<float> z = Normals(rows_ * columns_, 6), y(columns_), products(3 * columns_);
-  const std::vector<float> before = z;
-  Best().bias_relu_dot(bias_.data(), w_.data(), 0.5f, rows_, columns_, z.data(), y.data());
-  Best().narrow_product(w_.data(), bias_.data(), h_.data(), rows_, 3, columns_, products.data());
-  for (int j = 0; j < columns_; ++j) {
-    double dot = 0.5;
-    for (int i = 0; i < rows_; ++i) {
-      const float h = std::max(0.0f, before[j * rows_ + i] + bias_[i]);
-      ASSERT_EQ(z[j * rows_ + i], h);
-      dot += static_cast<double>(w_[i]) * h;
-    }
-    EXPECT_NEAR(y[j], dot, 1e-5 * rows_);
-    for (int o = 0; o < 3; ++o) {
-      double product = bias_[o];
-      for (int i = 0; i < rows_; ++i) product += static_cast<double>(w_[o * rows_ + i]) * h_[j * rows_ + i];
-      EXPECT_NEAR(products[j * 3 + o], product, 1e-5 * rows_);
+  for (int outs : {1, 3}) {
+    std::vector<float> z = Normals(rows_ * columns_, 6), y(outs * columns_), products(outs * columns_);
+    const std::vector<float> before = z;
+    Best().bias_relu_product(bias_.data(), w_.data(), bias_.data(), rows_, outs, columns_, true, z.data(), y.data());
+    Best().narrow_product(w_.data(), bias_.data(), h_.data(), rows_, outs, columns_, products.data());
+    for (int j = 0; j < columns_; ++j) {
+      for (int i = 0; i < rows_; ++i) {
+        ASSERT_EQ(z[j * rows_ + i], std::max(0.0f, before[j * rows_ + i] + bias_[i]));
+      }
+      for (int o = 0; o < outs; ++o) {
+        double activated = bias_[o], product = bias_[o];
+        for (int i = 0; i < rows_; ++i) {
+          activated += static_cast<double>(w_[o * rows_ + i]) * z[j * rows_ + i];
+          product += static_cast<double>(w_[o * rows_ + i]) * h_[j * rows_ + i];
+        }
+        EXPECT_NEAR(y[j * outs + o], activated, 1e-5 * rows_);
+        EXPECT_NEAR(products[j * outs + o], product, 1e-5 * rows_);
+      }
     }
   }
 }

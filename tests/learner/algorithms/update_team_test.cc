@@ -60,8 +60,8 @@ class RecordingFeeder final : public BatchFeeder {
 };
 
 TEST(ForChunksTest, MembersShareTheChunksInOrder) {
-  const Chunks chunks(1000, 64);
   for (int threads : {1, 2, 3}) {
+    const Chunks chunks(1000, 64, threads, 5000);
     UpdateTeam team(threads);
     std::vector<Seen> seen(threads);
     BatchFeeder feeder;
@@ -79,16 +79,28 @@ TEST(ForChunksTest, MembersShareTheChunksInOrder) {
   }
 }
 
+TEST(ForChunksTest, TheCallerTakesWhatItComputesWhileTheOthersWakeUp) {
+  const auto callers = [](int batch_size, int width, int threads, size_t parameters) {
+    const Chunks chunks(batch_size, width, threads, parameters);
+    return std::pair(chunks.share_begin(1), chunks.count());
+  };
+  EXPECT_EQ(callers(1024, 64, 1, 5377), std::pair(8, 8));
+  EXPECT_EQ(callers(1024, 64, 2, 5377), std::pair(9, 16));
+  EXPECT_EQ(callers(256, 64, 2, 5377), std::pair(3, 4));
+  EXPECT_EQ(callers(256, 256, 2, 70657), std::pair(4, 8));  // a chunk takes longer than waking up
+  EXPECT_EQ(callers(64, 64, 2, 5377), std::pair(1, 1));     // too little to share
+}
+
 TEST(ForChunksTest, AsksForEveryChunkOnceAndAnnouncesTheFollowingOne) {
-  const Chunks chunks(1000, 64);
   for (int threads : {1, 2, 3}) {
+    const Chunks chunks(1000, 64, threads, 5000);
     UpdateTeam team(threads);
     std::vector<Seen> seen(threads);
     RecordingFeeder feeder;
     ForChunks(&team, chunks, &feeder, &seen, [](int, int, Accumulate, Seen*) {});
     std::vector<int> all, starts, rest;
     for (int c = 0; c < chunks.count(); ++c) all.push_back(chunks.first(c));
-    for (int t = 0; t < threads; ++t) starts.push_back(chunks.first(chunks.share_begin(t, threads)));
+    for (int t = 0; t < threads; ++t) starts.push_back(chunks.first(chunks.share_begin(t)));
     std::set_difference(all.begin(), all.end(), starts.begin(), starts.end(), std::back_inserter(rest));
     EXPECT_THAT(feeder.needed, testing::UnorderedElementsAreArray(all));
     EXPECT_THAT(feeder.expected, testing::UnorderedElementsAreArray(rest));
