@@ -4,8 +4,9 @@
 // (FLOPs a second of a register-only loop of fused multiply-adds of the same width), where the policy's gradient counts
 // through both critics, as the losses are written; fraction_executed counts only what runs. Both run in turns
 // of a few milliseconds, timed by the thread's CPU clock, and the medians over the turns count, so that the ratio holds
-// on a busy machine too. With -DCAIRN_BENCH_TORCH=ON the same update in libtorch takes its turns as well, and
-// ratio_to_torch is ours over its.
+// on a busy machine too. With -DCAIRN_BENCH_TORCH=ON the same update in libtorch takes its turns as well:
+// ratio_to_torch is ours over that with libtorch's own optimiser, ratio_to_flat_torch over that with all parameters in
+// one tensor.
 
 #include <benchmark/benchmark.h>
 #include <time.h>
@@ -39,8 +40,12 @@ namespace {
 constexpr int kObservations = 14;
 constexpr int kActions = 3;
 constexpr int kReplayRows = 100000;
-constexpr double kPeakFlops = 1e8;    // of one turn of the peak loop: about a millisecond
-constexpr double kUpdateFlops = 8e8;  // of one turn of updates
+constexpr double kPeakFlops = 1e8;  // of one turn of the peak loop: about a millisecond
+#ifdef CAIRN_BENCH_TORCH
+constexpr double kUpdateFlops = 4e9;  // of one turn of updates; the first of them refills what the other left cold
+#else
+constexpr double kUpdateFlops = 8e8;
+#endif
 
 double CpuSeconds() {
   timespec t{};
@@ -140,10 +145,12 @@ void BM_Update(benchmark::State& state, LearnerConfig::Algorithm kind, int width
   peak.Run(kPeakFlops);
 
 #ifdef CAIRN_BENCH_TORCH
-  TorchUpdate torch(config, shape, replay);
+  TorchUpdate torch(TorchStyle::kPlain, config, shape, replay), flat_torch(TorchStyle::kFlat, config, shape, replay);
   torch.Update(4);
+  flat_torch.Update(4);
+  std::vector<double> torch_rates, flat_torch_rates;
 #endif
-  std::vector<double> peak_rates, rates, torch_rates;
+  std::vector<double> peak_rates, rates;
   for (auto _ : state) {
     const double start = CpuSeconds();
     const double peak_flops = peak.Run(kPeakFlops);
@@ -155,7 +162,10 @@ void BM_Update(benchmark::State& state, LearnerConfig::Algorithm kind, int width
     state.SetIterationTime(end - middle);
 #ifdef CAIRN_BENCH_TORCH
     torch.Update(turn);
-    torch_rates.push_back(turn / (CpuSeconds() - end));
+    const double torch_end = CpuSeconds();
+    flat_torch.Update(turn);
+    torch_rates.push_back(turn / (torch_end - end));
+    flat_torch_rates.push_back(turn / (CpuSeconds() - torch_end));
 #endif
   }
   const double peak_rate = Median(&peak_rates);
@@ -168,10 +178,13 @@ void BM_Update(benchmark::State& state, LearnerConfig::Algorithm kind, int width
   state.counters["mflop_per_update"] = update_flops * 1e-6;
   std::string label = GemmTarget() + ", " + std::to_string(peak.width()) + "-bit peak";
 #ifdef CAIRN_BENCH_TORCH
-  CAIRN_CHECK(std::isfinite(torch.critic_loss()), "libtorch's critic loss is {}", torch.critic_loss());
+  for (const TorchUpdate* other : {&torch, &flat_torch}) {
+    CAIRN_CHECK(std::isfinite(other->critic_loss()), "libtorch's critic loss is {}", other->critic_loss());
+  }
   const double torch_rate = Median(&torch_rates);
   state.counters["torch_updates_per_s"] = torch_rate;
   state.counters["ratio_to_torch"] = rate / torch_rate;
+  state.counters["ratio_to_flat_torch"] = rate / Median(&flat_torch_rates);
   label += ", " + TorchVersion();
 #endif
   state.SetLabel(label);

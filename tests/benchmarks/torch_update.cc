@@ -7,6 +7,7 @@
 #include <climits>
 #include <cmath>
 #include <cstdlib>
+#include <optional>
 #include <vector>
 
 namespace cairn::learner {
@@ -33,10 +34,13 @@ class FlatAdam {
   int steps_ = 0;
 };
 
-/// Networks of ReLU layers whose parameters are views of one flat tensor, and so are the gradients.
-class FlatMlps {
+/// Networks of ReLU layers and their Adam. kPlain: a tensor for each weight and bias and libtorch's own optimiser.
+/// kFlat: parameters are views of one flat tensor, and so are the gradients, so that Adam and Polyak averages are a few
+/// passes.
+class Mlps {
  public:
-  FlatMlps(int count, int inputs, const std::vector<int>& net_arch, int outputs) : count_(count) {
+  Mlps(TorchStyle style, int count, int inputs, const std::vector<int>& net_arch, int outputs)
+      : style_(style), count_(count) {
     std::vector<int> sizes{inputs};
     sizes.insert(sizes.end(), net_arch.begin(), net_arch.end());
     sizes.push_back(outputs);
@@ -48,9 +52,16 @@ class FlatMlps {
     for (int i = 0; i < count; ++i) {
       for (size_t l = 0; l + 1 < sizes.size(); ++l) {
         const double bound = 1 / std::sqrt(static_cast<double>(sizes[l]));
-        AddView({sizes[l + 1], sizes[l]}, bound, &position);
-        AddView({sizes[l + 1]}, bound, &position);
+        AddParameter({sizes[l + 1], sizes[l]}, bound, &position);
+        AddParameter({sizes[l + 1]}, bound, &position);
       }
+    }
+  }
+
+  void UseAdam(double learning_rate) {
+    if (style_ == TorchStyle::kFlat) flat_adam_.emplace(values_);
+    if (style_ == TorchStyle::kPlain) {
+      adam_ = std::make_unique<torch::optim::Adam>(parameters_, torch::optim::AdamOptions(learning_rate));
     }
   }
 
@@ -63,35 +74,47 @@ class FlatMlps {
     return x;
   }
 
-  void Step(double learning_rate, FlatAdam* adam) {
+  void Step(double learning_rate) {
+    if (style_ == TorchStyle::kPlain) {
+      adam_->step();
+      adam_->zero_grad();
+      return;
+    }
     torch::NoGradGuard guard;
-    adam->Step(learning_rate, gradient_, &values_);
+    flat_adam_->Step(learning_rate, gradient_, &values_);
     gradient_.zero_();
   }
 
-  void Follow(const FlatMlps& online, double tau) {
+  void Follow(const Mlps& online, double tau) {
     torch::NoGradGuard guard;
-    values_.lerp_(online.values_, tau);
+    if (style_ == TorchStyle::kFlat) {
+      values_.lerp_(online.values_, tau);
+      return;
+    }
+    for (size_t p = 0; p < parameters_.size(); ++p) parameters_[p].lerp_(online.parameters_[p], tau);
   }
 
-  const Tensor& values() const { return values_; }
   const std::vector<Tensor>& parameters() const { return parameters_; }
 
  private:
-  void AddView(std::vector<int64_t> shape, double bound, int64_t* position) {
+  void AddParameter(std::vector<int64_t> shape, double bound, int64_t* position) {
     int64_t size = 1;
     for (int64_t n : shape) size *= n;
-    Tensor view = values_.narrow(0, *position, size).view(shape);
-    view.uniform_(-bound, bound);
-    Tensor leaf = view.detach().requires_grad_();
-    leaf.mutable_grad() = gradient_.narrow(0, *position, size).view(shape);
+    Tensor values = values_.narrow(0, *position, size).view(shape);
+    values.uniform_(-bound, bound);
+    const bool flat = style_ == TorchStyle::kFlat;
+    Tensor leaf = (flat ? values.detach() : values.clone()).requires_grad_();
+    if (flat) leaf.mutable_grad() = gradient_.narrow(0, *position, size).view(shape);
     parameters_.push_back(leaf);
     *position += size;
   }
 
+  TorchStyle style_;
   int count_;
-  Tensor values_, gradient_;
+  Tensor values_, gradient_;  // kFlat's
   std::vector<Tensor> parameters_;
+  std::optional<FlatAdam> flat_adam_;
+  std::unique_ptr<torch::optim::Adam> adam_;
 };
 
 struct Samples {
@@ -102,19 +125,18 @@ struct Samples {
 
 class TorchUpdate::Method {
  public:
-  Method(const LearnerConfig& config, const PolicyShape& shape, const ReplayBuffer& replay)
+  Method(TorchStyle style, const LearnerConfig& config, const PolicyShape& shape, const ReplayBuffer& replay)
       : config_(config),
         actions_(shape.action_size),
         observations_(shape.observation_size),
         rows_(torch::empty({replay.size(), replay.row_floats()})),
-        policy_(1, observations_, config.net_arch, shape.output_size()),
-        policy_target_(policy_),
-        critics_(2, observations_ + actions_, config.net_arch, 1),
-        critic_targets_(2, observations_ + actions_, config.net_arch, 1),
-        policy_adam_(policy_.values()),
-        critic_adam_(critics_.values()),
+        policy_(style, 1, observations_, config.net_arch, shape.output_size()),
+        policy_target_(style, 1, observations_, config.net_arch, shape.output_size()),
+        critics_(style, 2, observations_ + actions_, config.net_arch, 1),
+        critic_targets_(style, 2, observations_ + actions_, config.net_arch, 1),
         log_alpha_(std::log(config.initial_alpha)) {
-    policy_target_ = FlatMlps(1, observations_, config.net_arch, shape.output_size());
+    policy_.UseAdam(config.learning_rate);
+    critics_.UseAdam(config.learning_rate);
     policy_target_.Follow(policy_, 1);
     critic_targets_.Follow(critics_, 1);
     for (int i = 0; i < replay.size(); ++i) {
@@ -133,12 +155,12 @@ class TorchUpdate::Method {
     Tensor loss = torch::mse_loss(critics_(0, batch.input), y) + torch::mse_loss(critics_(1, batch.input), y);
     if (sac()) loss = 0.5 * loss;
     loss.backward();
-    critics_.Step(config_.learning_rate, &critic_adam_);
+    critics_.Step(config_.learning_rate);
     critic_loss_ = loss.item<double>();
     if (!sac() && ++num_updates_ % config_.policy_delay != 0) return;
 
     ActorLoss(batch).backward({}, false, false, policy_.parameters());
-    policy_.Step(config_.learning_rate, &policy_adam_);
+    policy_.Step(config_.learning_rate);
     if (sac()) StepAlpha();
     critic_targets_.Follow(critics_, config_.tau);
     if (!sac()) policy_target_.Follow(policy_, config_.tau);
@@ -216,18 +238,18 @@ class TorchUpdate::Method {
   LearnerConfig config_;
   int actions_, observations_;
   Tensor rows_;
-  FlatMlps policy_, policy_target_, critics_, critic_targets_;
-  FlatAdam policy_adam_, critic_adam_;
+  Mlps policy_, policy_target_, critics_, critic_targets_;
   Tensor log_prob_;
   double log_alpha_, alpha_first_ = 0, alpha_second_ = 0, critic_loss_ = 0;
   int alpha_steps_ = 0, num_updates_ = 0;
 };
 
-TorchUpdate::TorchUpdate(const LearnerConfig& config, const PolicyShape& shape, const ReplayBuffer& replay) {
+TorchUpdate::TorchUpdate(TorchStyle style, const LearnerConfig& config, const PolicyShape& shape,
+                         const ReplayBuffer& replay) {
   at::set_num_threads(1);
   at::globalContext().setFlushDenormal(true);
   torch::manual_seed(1);
-  method_ = std::make_unique<Method>(config, shape, replay);
+  method_ = std::make_unique<Method>(style, config, shape, replay);
 }
 
 TorchUpdate::~TorchUpdate() = default;

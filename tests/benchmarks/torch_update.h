@@ -9,13 +9,17 @@
 
 namespace cairn::learner {
 
-/// The updates of SAC and TD3 in libtorch's C++, on one thread, as fast as we know how to write them: what ours are
-/// compared with. Parameters and gradients of all networks that step together are one flat tensor, so that Adam,
-/// targets and zeroing are a few calls; passes without a gradient run in inference mode; the policy's loss computes no
-/// derivatives by the critics' parameters; a batch is one index_select.
+/// How the parameters are kept. kPlain: a tensor for each weight and bias and torch::optim::Adam, as libtorch has it.
+/// kFlat: parameters and gradients of all networks that step together are one flat tensor, so that Adam, targets and
+/// zeroing are a few calls, our own code around libtorch's.
+enum class TorchStyle { kPlain, kFlat };
+
+/// The updates of SAC and TD3 in libtorch's C++, on one thread: what ours are compared with. In both styles passes
+/// without a gradient run in inference mode, the policy's loss computes no derivatives by the critics' parameters, and
+/// a batch is one index_select.
 class TorchUpdate {
  public:
-  TorchUpdate(const LearnerConfig& config, const PolicyShape& shape, const ReplayBuffer& replay);
+  TorchUpdate(TorchStyle style, const LearnerConfig& config, const PolicyShape& shape, const ReplayBuffer& replay);
   ~TorchUpdate();
 
   void Update(int count);
