@@ -25,11 +25,7 @@ constexpr auto kIdleAnnounce = milliseconds(1000);
 constexpr auto kWelcomeResendGap = milliseconds(50);
 constexpr auto kSearchAnnounce = milliseconds(50);  // while nobody has joined
 constexpr auto kBrokerGrace = milliseconds(3000);
-constexpr int kStateOverhead = 128;     // bytes of a message that are not state
-constexpr int kControlHeadBytes = 300;  // of a control frame with two rounds, trailer included
-constexpr int kControlActorBytes = 60;
-constexpr int kControlGapBytes = 20;
-constexpr size_t kMaxGaps = 64;  // in one control frame
+constexpr int kStateOverhead = 128;  // bytes of a message that are not state
 
 CreditLedger::Amounts Credit(const Experiment& e) {
   const int64_t steps = int64_t{kCreditSteps} * e.num_vehicles;
@@ -63,6 +59,8 @@ Coordinator::Coordinator(Bus* bus, const Experiment& experiment, uint64_t experi
       policies_(bus, incarnation),
       rounds_(experiment.num_vehicles),
       evaluations_(incarnation),
+      intake_(experiment, control_, &fleet_, &rounds_, &evaluations_, &counters_),
+      writer_(bus),
       credit_(experiment.total_env_steps, Credit(experiment)) {
   control_.lockstep = experiment.schedule == Schedule::kLockstep;
   fleet_.set_incarnation(control_.incarnation);
@@ -253,106 +251,15 @@ void Coordinator::OnExperience(Experience&& experience) {
   using Verdict = ReliableReceiver<Experience>::Verdict;
   const int64_t sequence = experience.sequence;
   if (actor->stream.Accept(sequence, std::move(experience)) == Verdict::kDuplicate) ++counters_.stream_duplicates;
+  const int64_t running = evaluations_.id();
   while (std::optional<Experience> next = actor->stream.Take()) {
-    Accept(actor, std::move(*next));
+    intake_.Accept(actor, std::move(*next));
     news_ = true;
   }
+  if (evaluations_.id() != running) AnnounceEvaluation();
   // In ASYNC an acknowledgement can wait for the next frame, which comes soon, while nothing waits for it.
-  dirty_ = dirty_ || control_.lockstep || 2 * actor->unannounced_bytes > Window() || !actor->stream.Gaps(1).empty();
-}
-
-void Coordinator::Accept(ActorRecord* actor, Experience experience) {
-  AcceptEpisodes(*actor, experience);
-  AcceptStates(*actor, experience);
-  AcceptSegments(actor, std::move(experience.segments));
-}
-
-// An ASYNC learner that was restarted also takes what its predecessor's policies made.
-bool Coordinator::InForce(const Segment& segment) const {
-  const bool incarnation = control_.lockstep ? segment.policy_incarnation == control_.incarnation
-                                             : segment.policy_incarnation <= control_.incarnation;
-  // Each goal and each set of marks has a table of its own.
-  const bool many_tables =
-      experiment_.goals == Goals::kAny || experiment_.planner.repair != PlannerConfig::Repair::kNone;
-  return incarnation && (many_tables ? segment.table_hash != 0 : segment.table_hash == control_.table_hash);
-}
-
-void Coordinator::AcceptSegments(ActorRecord* actor, std::vector<Segment> segments) {
-  for (Segment& segment : segments) {
-    switch (fleet_.Judge(*actor, segment)) {
-      case Fleet::Verdict::kSound:
-        break;
-      case Fleet::Verdict::kDuplicate:
-        counters_.transitions_duplicate += segment.num_steps();
-        continue;
-      case Fleet::Verdict::kGap:
-        counters_.transitions_lost += segment.num_steps();
-        log::Error("actor {}: vehicle {} episode {} step {} does not continue what was received", actor->actor_id,
-                   segment.vehicle, segment.episode, segment.first_step);
-        continue;
-      case Fleet::Verdict::kForeign:
-      case Fleet::Verdict::kNotFinite:
-        ++counters_.refused;
-        continue;
-    }
-    if (!InForce(segment)) {
-      Refuse(*actor, segment);
-      continue;
-    }
-    if (control_.lockstep && !rounds_.Add(segment, fleet_.vehicles()[static_cast<size_t>(segment.vehicle)].steps)) {
-      Refuse(*actor, segment);
-      continue;
-    }
-    fleet_.Accept(segment);
-    if (control_.lockstep) {
-      VehicleState passed = fleet_.vehicles()[static_cast<size_t>(segment.vehicle)];
-      if (const Bytes* state = states_.Find(segment.vehicle, passed.steps)) passed.environment = *state;
-      rounds_.Passed(segment.vehicle, passed);
-    }
-    actor->accepted += segment.num_steps();
-    counters_.transitions_accepted += segment.num_steps();
-    if (segment.policy_incarnation == control_.incarnation) {
-      counters_.policy_lag_sum +=
-          static_cast<double>(std::max<int64_t>(0, control_.policy_version - segment.policy_version));
-      ++counters_.policy_lag_count;
-    } else {
-      counters_.recovered += segment.num_steps();
-    }
-    if (!control_.lockstep) harvest_.segments.push_back(std::move(segment));
-  }
-}
-
-void Coordinator::AcceptStates(const ActorRecord& actor, const Experience& experience) {
-  for (const VehicleStatePiece& piece : experience.states) {
-    const bool known = piece.vehicle >= 0 && piece.vehicle < experiment_.num_vehicles;
-    if (known && fleet_.vehicles()[static_cast<size_t>(piece.vehicle)].owner == actor.actor_id) states_.Add(piece);
-  }
-}
-
-void Coordinator::Refuse(const ActorRecord& actor, const Segment& segment) {
-  ++counters_.refused;
-  log::Warning(
-      "actor {}: {} steps of vehicle {} refused: table {:016x}, policy {:016x} version {}; in force are table {:016x}, "
-      "policy {:016x} version {}, {} steps missing in the open rounds",
-      actor.actor_id, segment.num_steps(), segment.vehicle, segment.table_hash, segment.policy_incarnation,
-      segment.policy_version, control_.table_hash, control_.incarnation, control_.policy_version, rounds_.missing());
-}
-
-void Coordinator::AcceptEpisodes(const ActorRecord& actor, const Experience& experience) {
-  for (const EpisodeResult& result : experience.episodes) {
-    if (result.set != StartSet::kTraining) {
-      const int64_t running = evaluations_.id();
-      evaluations_.Accept(result);
-      if (evaluations_.id() != running) AnnounceEvaluation();
-    } else if (result.vehicle >= 0 && result.vehicle < experiment_.num_vehicles) {
-      if (result.outcome == Outcome::kDiverged) fleet_.CloseDiverged(actor, result);
-      if (control_.lockstep) {
-        rounds_.Add(result, fleet_.vehicles()[static_cast<size_t>(result.vehicle)].steps);
-      } else {
-        harvest_.episodes.push_back(result);
-      }
-    }
-  }
+  dirty_ = dirty_ || control_.lockstep || 2 * actor->unannounced_bytes > writer_.Window(fleet_) ||
+           !actor->stream.Gaps(1).empty();
 }
 
 // --- what goes out ---------------------------------------------------------------------------------------------------
@@ -410,9 +317,9 @@ void Coordinator::SetAllowed(int64_t allowed, bool warm_up) {
 
 Harvest Coordinator::Take(Duration timeout) {
   std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, timeout, [this] { return stopped_ || !harvest_.segments.empty(); });
+  changed_.wait_for(lock, timeout, [this] { return stopped_ || !intake_.harvest().segments.empty(); });
   Harvest taken;
-  std::swap(taken, harvest_);
+  std::swap(taken, intake_.harvest());
   return taken;
 }
 
@@ -484,51 +391,8 @@ void Coordinator::AnnounceIfDue(TimePoint now) {
   }
 }
 
-int64_t Coordinator::Window() const { return bus_->receive_buffer_bytes() / 2 / std::max(1, fleet_.num_joined()); }
-
-Control::Actor Coordinator::PositionOf(const ActorRecord& actor, int rank, size_t* gaps_left) const {
-  const int n = fleet_.num_joined();
-  const auto [first, end] = evaluations_.Share(rank, n);
-  Control::Actor position;
-  position.actor_id = actor.actor_id;
-  position.session = actor.session;
-  position.received = actor.stream.received();
-  position.durable = keeps_ ? actor.durable : position.received;
-  position.credit = actor.credit;
-  position.window = Window();
-  position.echo_us = actor.echo_us;
-  position.evaluation_first = first;
-  position.evaluation_count = end - first;
-  position.gaps = actor.stream.Gaps(*gaps_left);
-  *gaps_left -= position.gaps.size();
-  return position;
-}
-
-// In as many parts as the size of messages asks for; one without actors when there is none.
 void Coordinator::SendControl(TimePoint now) {
-  const int room = bus_->max_message_bytes() - kControlHeadBytes;
-  int used = 0;
-  int rank = 0;
-  size_t gaps_left = kMaxGaps;
-  const auto send = [&] {
-    ++control_.number;
-    bus_->Publish(Plane::kControl, kControlChannel, control_);
-    control_.actors.clear();
-    used = 0;
-    gaps_left = kMaxGaps;
-  };
-  control_.actors.clear();
-  for (auto& [id, actor] : fleet_.actors()) {
-    actor.unannounced_bytes = 0;
-    if (!actor.joined) continue;
-    if (used + kControlActorBytes > room) send();
-    size_t gaps = std::min(gaps_left, static_cast<size_t>((room - used - kControlActorBytes) / kControlGapBytes));
-    const size_t before = gaps;
-    control_.actors.push_back(PositionOf(actor, rank++, &gaps));
-    gaps_left -= before - gaps;
-    used += kControlActorBytes + static_cast<int>(before - gaps) * kControlGapBytes;
-  }
-  send();
+  writer_.Send(evaluations_, keeps_, &fleet_, &control_);
   last_control_ = now;
   dirty_ = false;
 }
@@ -538,7 +402,7 @@ CoordinatorState Coordinator::State(Harvest* harvest) {
   CoordinatorState state;
   state.counters = Counters();
   if (!control_.lockstep) {
-    std::swap(*harvest, harvest_);
+    std::swap(*harvest, intake_.harvest());
     state.vehicles.assign(fleet_.vehicles().begin(), fleet_.vehicles().end());
     for (const auto& [id, actor] : fleet_.actors()) {
       state.sessions.push_back({id, actor.session, actor.generation, actor.assignment, actor.stream.received(),

@@ -10,15 +10,16 @@
 #include <vector>
 
 #include "common/bus/bus.h"
-#include "common/bus/state_assembler.h"
 #include "common/bus/table_client.h"
 #include "common/config/experiment.h"
+#include "learner/control_writer.h"
 #include "learner/coordinator_state.h"
 #include "learner/credit_ledger.h"
 #include "learner/evaluation_queue.h"
 #include "learner/evaluator.h"
 #include "learner/fleet.h"
 #include "learner/harvest.h"
+#include "learner/intake.h"
 #include "learner/open_rounds.h"
 #include "learner/policy_outbox.h"
 
@@ -102,22 +103,14 @@ class Coordinator final : public Evaluator {
   void OnStatus(const ActorStatus& status);
   void OnExperience(Experience&& experience);
   // The functions below expect mutex_ to be held.
-  void Accept(ActorRecord* actor, Experience experience);
   bool FleetReady(TimePoint now) const;
   void SendWelcomes(const std::vector<int64_t>& sessions);
   void Retire(const ActorRecord& actor);
   CoordinatorCounters Counters() const;
   void SharesChanged();
-  void AcceptSegments(ActorRecord* actor, std::vector<Segment> segments);
-  void AcceptEpisodes(const ActorRecord& actor, const Experience& experience);
-  void Refuse(const ActorRecord& actor, const Segment& segment);
-  bool InForce(const Segment& segment) const;
-  void AcceptStates(const ActorRecord& actor, const Experience& experience);
   void SendWelcome(ActorRecord* actor, TimePoint now);
   void AnnounceEvaluation();
   void GiveUpSilentActors(TimePoint now);
-  Control::Actor PositionOf(const ActorRecord& actor, int rank, size_t* gaps_left) const;
-  int64_t Window() const;  // bytes that one actor may have on the way
   void KeepPolicy(int64_t version, std::span<const float> parameters);
   void SendControl(TimePoint now);
   void AnnounceIfDue(TimePoint now);
@@ -137,9 +130,9 @@ class Coordinator final : public Evaluator {
   TableInfo table_info_;
   PolicyOutbox policies_;
   OpenRounds rounds_;
-  StateAssembler states_;  // of vehicles at the end of a round that asked for them
-  Harvest harvest_;        // ASYNC: not taken yet
   EvaluationQueue evaluations_;
+  Intake intake_;
+  ControlWriter writer_;
   CreditLedger credit_;  // ASYNC
   bool keeps_ = false;
   TimePoint started_{};
