@@ -53,6 +53,7 @@ typename Td3<Scalar>::Work Td3<Scalar>::MakeWork(int share) const {
           AlignedBuffer<Scalar>(samples),
           AlignedBuffer<Scalar>(samples * action_size_),
           AlignedBuffer<Scalar>(samples * action_size_),
+          AlignedBuffer<Scalar>(samples * action_size_),
           AlignedBuffer<Scalar>(samples * action_size_)};
 }
 
@@ -107,11 +108,18 @@ void Td3<Scalar>::SmoothedTargetAction(Batch<Scalar>* batch, int first, int n, W
   const auto limit = static_cast<Scalar>(config_.target_noise_clip);
   const Scalar* y = policy_mlp_.Value(policy_target_, batch->next_input(first), n, &work->policy_tape);
   Tanh(y, n * action_size_, work->action.data());
+  for (int a = 0; a < action_size_; ++a) {
+    const Scalar* from = batch->next_noise() + static_cast<size_t>(a) * batch->size() + first;
+    Scalar* to = work->noise.data() + static_cast<size_t>(a) * work->stride;
+    AtFullWidth([=]() CAIRN_INLINE_LOOP {
+      for (int j = 0; j < n; ++j) to[j] = Clip(sigma * from[j], limit);
+    });
+  }
   for (int j = 0; j < n; ++j) {
     Scalar* action = batch->next_action(first + j);
     for (int a = 0; a < action_size_; ++a) {
-      const Scalar noise = batch->next_noise()[static_cast<size_t>(a) * batch->size() + first + j];
-      action[a] = Clip(work->action[j * action_size_ + a] + Clip(sigma * noise, limit), Scalar{1});
+      const Scalar noise = work->noise[static_cast<size_t>(a) * work->stride + j];
+      action[a] = Clip(work->action[j * action_size_ + a] + noise, Scalar{1});
     }
   }
 }
