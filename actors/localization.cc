@@ -21,23 +21,38 @@ Localization::Localization(const Experiment& experiment)
 void Localization::Reset(const RandomStream& random) {
   random_ = random;
   offset_.fill(0);
+  filtered_ = Measure(0);
 }
 
 void Localization::Advance(int step) {
-  if (!jumps_) return;
-  random_.SetPosition(static_cast<uint64_t>(step) * kDrawsPerStep);
-  if (random_.Uniform() >= jump_probability_) return;
-  for (int k = 0; k < 3; ++k) offset_[k] = k < dimension_ ? config_.pose_jump * random_.Normal() : 0;
-  offset_[3] = config_.heading_jump * random_.Normal();
+  if (jumps_) {
+    random_.SetPosition(static_cast<uint64_t>(step) * kDrawsPerStep);
+    if (random_.Uniform() < jump_probability_) {
+      for (int k = 0; k < 3; ++k) offset_[k] = k < dimension_ ? config_.pose_jump * random_.Normal() : 0;
+      offset_[3] = config_.heading_jump * random_.Normal();
+    }
+  }
+  if (config_.pose_filter == 0) return;
+  // The last belief moves on by what odometry says, which is true: its error stays.
+  const Error measured = Measure(step);
+  for (size_t k = 0; k < filtered_.size(); ++k) {
+    filtered_[k] = config_.pose_filter * filtered_[k] + (1 - config_.pose_filter) * measured[k];
+  }
+}
+
+// Error of what is measured at the end of a step.
+Localization::Error Localization::Measure(int step) const {
+  RandomStream random = random_;
+  random.SetPosition(static_cast<uint64_t>(step) * kDrawsPerStep + kNoiseDraw);
+  Error error = offset_;
+  for (int k = 0; k < dimension_; ++k) error[k] += config_.pose_noise * random.Normal();
+  error[3] += config_.heading_noise * random.Normal();
+  return error;
 }
 
 Pose Localization::Believe(const Pose& pose, int step) const {
   if (!active()) return pose;
-  RandomStream random = random_;
-  random.SetPosition(static_cast<uint64_t>(step) * kDrawsPerStep + kNoiseDraw);
-  std::array<double, 4> error = offset_;
-  for (int k = 0; k < dimension_; ++k) error[k] += config_.pose_noise * random.Normal();
-  error[3] += config_.heading_noise * random.Normal();
+  const Error error = config_.pose_filter > 0 ? filtered_ : Measure(step);
   return {pose.x + error[0], pose.y + error[1], pose.yaw + error[3], pose.z + error[2]};
 }
 

@@ -9,17 +9,18 @@
 
 namespace cairn::actors {
 
-/// What a vehicle believes of its pose (observation.pose_noise and its neighbours): the true one plus noise that is new
-/// at every control step plus an offset that jumps now and then. Numbers are keyed by step: asking twice gives the
-/// same.
+/// What a vehicle believes of its pose (observation.pose_noise and its neighbours). It measures the true one plus noise
+/// that is new at every control step plus an offset that jumps now and then, and believes that or, with
+/// observation.pose_filter, what a complementary filter makes of it and of odometry, which is exact. Numbers are keyed
+/// by step: asking twice gives the same.
 class Localization {
  public:
   explicit Localization(const Experiment& experiment);
 
-  /// Starts an episode, without an offset.
+  /// Starts an episode, without an offset; the first belief is the first measurement.
   void Reset(const RandomStream& random);
 
-  /// Control step `step` (1, 2, …) has ended: the offset may jump.
+  /// Control step `step` (1, 2, …) has ended: the offset may jump, and the filter takes in a measurement.
   void Advance(int step);
 
   /// At the end of control step `step`; 0: at the start.
@@ -28,17 +29,21 @@ class Localization {
   /// Whether belief and truth ever differ.
   bool active() const { return noisy_ || jumps_; }
 
-  void Write(BlobWriter& blob) const { blob.Put(offset_); }
+  void Write(BlobWriter& blob) const { blob.Put(offset_), blob.Put(filtered_); }
   /// After Reset with the same stream.
-  void Read(BlobReader& blob) { blob.Get(offset_); }
+  void Read(BlobReader& blob) { blob.Get(offset_), blob.Get(filtered_); }
 
  private:
+  using Error = std::array<double, 4>;  // x, y, z, yaw
+  Error Measure(int step) const;
+
   const ObservationConfig& config_;
   int dimension_;
   double jump_probability_;  // per control step
   bool noisy_, jumps_;
   RandomStream random_;
-  std::array<double, 4> offset_{};  // x, y, z, yaw
+  Error offset_{};
+  Error filtered_{};  // error of the filtered belief
 };
 
 }  // namespace cairn::actors

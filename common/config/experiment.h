@@ -215,6 +215,7 @@ struct ObservationConfig {
   double pose_jump = 0.0;
   double heading_jump = 0.0;
   double pose_jump_interval = 5.0;
+  double pose_filter = 0.0;
   double range_noise = 0.0;
   double range_dropout = 0.0;
   int last_actions = 0;

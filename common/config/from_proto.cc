@@ -178,6 +178,7 @@ ObservationConfig Observation(const proto::Observation& message) {
   observation.pose_jump = message.pose_jump();
   observation.heading_jump = message.heading_jump();
   observation.pose_jump_interval = message.pose_jump_interval();
+  observation.pose_filter = message.pose_filter();
   observation.range_noise = message.range_noise();
   observation.range_dropout = message.range_dropout();
   observation.last_actions = message.last_actions();

@@ -62,8 +62,38 @@ TEST(LocalizationTest, JumpsStayUntilTheNext) {
   EXPECT_NEAR(jumps, n * (1 - std::exp(-0.05)), 5 * std::sqrt(n * 0.05));
 }
 
+// Of independent errors with deviation σ a first-order filter leaves σ √((1 − g) / (1 + g)).
+TEST(LocalizationTest, AFilterLeavesAThirdOfTheNoiseAndFollowsJumps) {
+  Experiment experiment;
+  experiment.observation.pose_noise = 0.02;
+  experiment.observation.pose_filter = 0.8;
+  Localization localization = Make(experiment);
+  EXPECT_NE(localization.Believe({}, 0).x, 0) << "the first measurement";
+  double squares = 0;
+  const int n = 20000;
+  for (int step = 1; step <= n; ++step) {
+    localization.Advance(step);
+    const double x = localization.Believe({}, step).x;
+    EXPECT_EQ(x, localization.Believe({}, step).x);
+    squares += x * x;
+  }
+  EXPECT_NEAR(std::sqrt(squares / n), 0.02 / 3, 0.02 / 3 * 0.05);
+
+  experiment.observation.pose_noise = 0;
+  experiment.observation.pose_jump = 0.5;
+  experiment.observation.pose_jump_interval = 1e-3;  // before every step
+  Localization jumping = Make(experiment);
+  jumping.Advance(1);
+  Experiment unfiltered = experiment;
+  unfiltered.observation.pose_filter = 0;
+  Localization plain = Make(unfiltered);
+  plain.Advance(1);
+  EXPECT_NEAR(jumping.Believe({}, 1).x, 0.2 * plain.Believe({}, 1).x, 1e-12);
+}
+
 TEST(LocalizationTest, GoesOnAfterRead) {
   Experiment experiment;
+  experiment.observation.pose_filter = 0.5;
   experiment.observation.pose_jump = 0.5;
   experiment.observation.heading_jump = 0.5;
   experiment.observation.pose_jump_interval = 0.2;

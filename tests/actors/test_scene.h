@@ -51,6 +51,7 @@ inline Experiment NoisyMazeExperiment() {
   experiment.observation.heading_noise = 0.05;
   experiment.observation.pose_jump = 0.005;
   experiment.observation.pose_jump_interval = 0.5;
+  experiment.observation.pose_filter = 0.3;
   experiment.observation.range_noise = 0.002;
   experiment.observation.range_dropout = 0.02;
   experiment.observation.last_actions = 2;
