@@ -53,7 +53,6 @@ typename Td3<Scalar>::Work Td3<Scalar>::MakeWork(int share) const {
           AlignedBuffer<Scalar>(samples),
           AlignedBuffer<Scalar>(samples * action_size_),
           AlignedBuffer<Scalar>(samples * action_size_),
-          AlignedBuffer<Scalar>(samples * action_size_),
           AlignedBuffer<Scalar>(samples * action_size_)};
 }
 
@@ -148,16 +147,14 @@ void Td3<Scalar>::ActorChunk(Batch<Scalar>* batch, int first, int n, Accumulate 
   critics_.FirstQ(batch->input(first), n, &work->critics, work->q.data());
   const Scalar* q = work->q.data();
   work->actor_loss -= cairn::layers::LaneSum<double>(n, [q](int j) { return static_cast<double>(q[j]); });
-  critics_.ActionGradient(&work->critics, work->d_action.data(), work->stride);
-  // da / dy = 1 − a²
+  const Scalar* d_action = critics_.FirstActionGradient(n, &work->critics);
+  const Scalar* action = work->action.data();
+  Scalar* d_output = work->d_output.data();
   const Scalar weight = Scalar{-1} / static_cast<Scalar>(batch->size());
-  for (int j = 0; j < n; ++j) {
-    for (int a = 0; a < action_size_; ++a) {
-      const Scalar action = work->action[j * action_size_ + a];
-      work->d_output[j * action_size_ + a] =
-          weight * work->d_action[static_cast<size_t>(a) * work->stride + j] * (Scalar{1} - action * action);
-    }
-  }
+  const int size = n * action_size_;
+  AtFullWidth([=]() CAIRN_INLINE_LOOP {  // da / dy = 1 − a²
+    for (int i = 0; i < size; ++i) d_output[i] = weight * d_action[i] * (Scalar{1} - action[i] * action[i]);
+  });
   policy_mlp_.Backward(policy_.weights, batch->input(first), work->d_output.data(), n, accumulate, &work->policy_tape,
                        GradientOf(&policy_, &work->policy_gradient));
 }

@@ -60,7 +60,6 @@ class Td3 {
     AlignedBuffer<Scalar> q;         // [samples]
     AlignedBuffer<Scalar> action;    // [action_size × samples]
     AlignedBuffer<Scalar> noise;     // of the target action, clipped, [samples × action_size]
-    AlignedBuffer<Scalar> d_action;  // [samples × action_size]
     AlignedBuffer<Scalar> d_output;  // [action_size × samples]
     double actor_loss = 0;           // sum over the batch
   };

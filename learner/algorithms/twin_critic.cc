@@ -74,7 +74,6 @@ template <typename Scalar>
 void TwinCritic<Scalar>::FirstQ(const Scalar* input, int n, Work* work, Scalar* q) const {
   std::copy_n(mlp_.Forward(critics_[0].weights, input, n, &work->tape[0]), n, q);
   std::iota(work->chosen[0].begin(), work->chosen[0].begin() + n, 0);
-  work->num_chosen = {n, 0};
 }
 
 template <typename Scalar>
@@ -106,6 +105,14 @@ void TwinCritic<Scalar>::ActionGradient(Work* work, Scalar* d_action, int stride
       }
     }
   }
+}
+
+template <typename Scalar>
+const Scalar* TwinCritic<Scalar>::FirstActionGradient(int n, Work* work) const {
+  const std::span<const int> samples(work->chosen[0].data(), n);
+  mlp_.InputGradient(critics_[0].weights, samples, mlp_.shape().num_inputs - action_size_, action_size_, &work->tape[0],
+                     work->d_input.data());
+  return work->d_input.data();
 }
 
 template <typename Scalar>

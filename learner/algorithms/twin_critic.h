@@ -50,13 +50,16 @@ class TwinCritic {
   /// One step of both optimizers after the last Regress of a batch.
   void Step(double learning_rate, double max_grad_norm);
 
-  /// Q_1: `q` [n]; ActionGradient then differentiates it.
+  /// Q_1: `q` [n]; FirstActionGradient then differentiates it.
   void FirstQ(const Scalar* input, int n, Work* work, Scalar* q) const;
 
   /// min_i Q_i: `q` [n]; ActionGradient then differentiates each sample's smaller one only, which is exact.
   void MinQ(const Scalar* input, int n, Work* work, Scalar* q) const;
 
-  /// dQ/da of the last FirstQ or MinQ: `d_action` [n × action_size], one action dimension per column, `stride` apart.
+  /// dQ_1/da of the last FirstQ, [action_size × n], which stands in `work`.
+  const Scalar* FirstActionGradient(int n, Work* work) const;
+
+  /// dQ/da of the last MinQ: `d_action` [n × action_size], one action dimension per column, `stride` apart.
   void ActionGradient(Work* work, Scalar* d_action, int stride) const;
 
   void UpdateTargets(double tau);
