@@ -23,7 +23,8 @@ struct Table {
   /// d := d where h > 0, else 0; sums += d over columns.
   void (*relu_backward)(const float* h, int rows, int columns, float* d, float* sums);
 
-  /// Backward of bias_relu_product with one output: d := w e_j where h_j > 0, else 0; sums += d over columns; w_gradient += e_j h_j.
+  /// Backward of bias_relu_product with one output: d := w e_j where h_j > 0, else 0; sums += d over columns;
+  /// w_gradient += e_j h_j.
   void (*dot_backward)(const float* w, const float* e, const float* h, int rows, int columns, float* d, float* sums,
                        float* w_gradient);
 
