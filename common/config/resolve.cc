@@ -17,6 +17,9 @@ using google::protobuf::Reflection;
 constexpr double kEtaRadii = 2.3;                  // 0.099 m
 constexpr double kPlanningRadii = 1.2;             // of the inscribed radius: 0.030 m
 constexpr double kGridCellEtas = 0.25;             // of eta: 0.025 m
+constexpr double kLeastMaxSamples = 2e6;
+constexpr double kSamplesPerCell = 1000;  // of side eta; a floor of 40 x 40 m took 106
+constexpr double kMostMaxSamples = 2e9;
 constexpr double kScanRangeRadii = 9.3;            // 0.400 m
 constexpr double kLookAheadNearRadii = 2.8;        // 0.120 m
 constexpr double kLookAheadFarRadii = 7.0;         // 0.301 m
@@ -141,11 +144,19 @@ double GridCell(const ImportedMap* map, double eta) {
   return map->cell / std::max(1.0, std::ceil(map->cell * std::sqrt(map->dimension) / eta - 1e-9));
 }
 
+double MaxSamples(const ImportedMap* map, double eta) {
+  if (map == nullptr) return kLeastMaxSamples;
+  const Vector3d cells = map->bounds.size() / eta;
+  const double count = cells.x() * cells.y() * (map->dimension == 3 ? cells.z() : 1);
+  return std::clamp(kSamplesPerCell * count, kLeastMaxSamples, kMostMaxSamples);
+}
+
 void DerivePlanner(const VehicleConfig& vehicle, const ImportedMap* map, proto::Planner* planner) {
   const double circumscribed = vehicle.circumscribed_radius(), inscribed = vehicle.inscribed_radius();
   if (!planner->has_eta()) planner->set_eta(kEtaRadii * circumscribed);
   if (!planner->has_radius()) planner->set_radius(kPlanningRadii * inscribed);
   if (!planner->has_min_spacing()) planner->set_min_spacing(0.5 * planner->eta());
+  if (!planner->has_max_samples()) planner->set_max_samples(static_cast<int>(MaxSamples(map, planner->eta())));
   if (!planner->has_grid_cell()) planner->set_grid_cell(GridCell(map, planner->eta()));
   if (!planner->has_grid_neighbors()) planner->set_grid_neighbors(vehicle.dimension() == 3 ? 26 : 8);
   if (!planner->has_repair_margin()) planner->set_repair_margin(kRepairRadii * circumscribed);

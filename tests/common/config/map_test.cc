@@ -56,6 +56,13 @@ TEST_F(MapExperimentTest, TheGridHasTheMapsCells) {
   EXPECT_EQ(Load(world + "planner { eta: 0.4 grid_cell: 1 }").experiment.planner.grid_cell, 1);
 }
 
+TEST_F(MapExperimentTest, LargeMapsMayTakeMoreSamples) {
+  const std::string world = "world { kind: MAP map: \"room.map\" goal_point { x: 2 y: 2 } } ";  // 9 x 9 m
+  EXPECT_EQ(Load(world + "planner { eta: 1 }").experiment.planner.max_samples, 2000000);
+  EXPECT_EQ(Load(world + "planner { eta: 0.1 }").experiment.planner.max_samples, 8100000);
+  EXPECT_EQ(Load(world + "planner { eta: 0.1 max_samples: 7 }").experiment.planner.max_samples, 7);
+}
+
 // The loader knows the file by its bytes alone.
 TEST_F(MapExperimentTest, ARoadmapIsFoundBesideItsFileAndKnownByItsBytes) {
   directory_.Write("a.roadmap", "bytes");
