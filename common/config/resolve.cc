@@ -14,9 +14,9 @@ using google::protobuf::Reflection;
 
 // Derived lengths in radii of the vehicle: one recipe for robots of any size. On the paper's car (circumscribed
 // 0.0430 m, inscribed 0.025 m) they give the metres with which the recipe was found (docs/recipes.md).
-constexpr double kEtaRadii = 2.3;                  // 0.099 m
-constexpr double kPlanningRadii = 1.2;             // of the inscribed radius: 0.030 m
-constexpr double kGridCellEtas = 0.25;             // of eta: 0.025 m
+constexpr double kEtaRadii = 2.3;       // 0.099 m
+constexpr double kPlanningRadii = 1.2;  // of the inscribed radius: 0.030 m
+constexpr double kGridCellEtas = 0.25;  // of eta: 0.025 m
 constexpr double kLeastMaxSamples = 2e6;
 constexpr double kSamplesPerCell = 1000;  // of side eta; a floor of 40 x 40 m took 106
 constexpr double kMostMaxSamples = 2e9;
