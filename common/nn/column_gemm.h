@@ -15,22 +15,16 @@ class ColumnGemm {
  public:
   ColumnGemm(int m, int k, int lda, int ldb, int ldc, const std::vector<int>& widths) {
     CAIRN_CHECK(!widths.empty());
-    index_.resize(static_cast<size_t>(widths.back()) + 1);
-    for (int n = 0, w = 0; n <= widths.back(); ++n) {
-      if (n > widths[w]) ++w;
-      index_[n] = w;
-    }
-    for (int width : widths) kernels_.emplace_back(m, width, k, lda, ldb, ldc);
+    for (int width : widths) kernels_.resize(static_cast<size_t>(width) + 1, Gemm<Scalar>(m, width, k, lda, ldb, ldc));
   }
 
   void operator()(const Scalar* a, const Scalar* x, int columns, Scalar* y) const {
-    CAIRN_DCHECK(columns >= 0 && columns < static_cast<int>(index_.size()));
-    if (columns > 0) kernels_[index_[columns]](a, x, y);
+    CAIRN_DCHECK(columns >= 0 && columns < static_cast<int>(kernels_.size()));
+    if (columns > 0) kernels_[columns](a, x, y);
   }
 
  private:
-  std::vector<Gemm<Scalar>> kernels_;
-  std::vector<int> index_;  // number of columns → kernel
+  std::vector<Gemm<Scalar>> kernels_;  // by number of columns
 };
 
 }  // namespace cairn

@@ -276,6 +276,11 @@ inline void DotBackwardRows(const float* w, const float* e, const float* h, int 
 void DotBackward(const float* w, const float* e, const float* h, int rows, int columns, float* d, float* sums,
                  float* w_gradient) {
   int r = 0;
+#ifdef __AVX512F__
+  for (; r + 4 * kLanes <= rows; r += 4 * kLanes) {
+    DotBackwardRows<4>(w + r, e, h + r, rows, columns, d + r, sums + r, w_gradient + r);
+  }
+#endif
   for (; r + 2 * kLanes <= rows; r += 2 * kLanes) {
     DotBackwardRows<2>(w + r, e, h + r, rows, columns, d + r, sums + r, w_gradient + r);
   }

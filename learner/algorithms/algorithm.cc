@@ -53,31 +53,23 @@ class InfoSums {
   UpdateInfo sum_;
 };
 
-/// Brings replay rows and noise into a batch just before they are needed, and the rows into the cache one chunk before
-/// that. The rows of an update are drawn while the update before it computes.
+/// Brings replay rows and noise into a batch just before they are needed.
 class ReplayFeeder final : public BatchFeeder {
  public:
   /// `uses_noise`: Batch::noise() too, not next_noise() alone.
   ReplayFeeder(const BatchRandom& random, bool uses_noise, Batch<float>* batch)
-      : random_(random), uses_noise_(uses_noise), batch_(batch), rows_(batch->size()), next_rows_(batch->size()) {}
+      : random_(random), uses_noise_(uses_noise), batch_(batch), rows_(batch->size()) {}
 
-  /// Before the first of several updates, numbered from `update` on.
-  void StartCall(const ReplayBuffer& replay, int64_t update) {
+  /// Before each update.
+  void StartUpdate(const ReplayBuffer& replay, int64_t update) {
     replay_ = &replay;
-    Draw(update, &next_rows_);
-    Prefetch(next_rows_, 0, std::min(batch_->size(), kFirstRows));
-  }
-
-  /// Before each update; `last` when no other follows in this call.
-  void StartUpdate(int64_t update, bool last) {
     update_ = update;
-    rows_.swap(next_rows_);
-    more_ = !last;
-    if (more_) Draw(update + 1, &next_rows_);
+    random_.Below(BatchRandom::Purpose::kReplayRows, update, static_cast<uint32_t>(replay.size()),
+                  static_cast<int>(rows_.size()), rows_.data());
   }
 
   void Need(int first, int count) override {
-    batch_->Gather(*replay_, std::span(rows_).subspan(first, count), first);
+    batch_->Gather(*replay_, rows_, first, count);
     for (int a = 0; a < batch_->action_size(); ++a) {
       const int start = a * batch_->size() + first;
       random_.Normals(BatchRandom::Purpose::kNextNoise, update_, start, count, batch_->next_noise() + start);
@@ -86,32 +78,13 @@ class ReplayFeeder final : public BatchFeeder {
     }
   }
 
-  void Expect(int first, int count, bool of_next_batch) override {
-    if (!of_next_batch) Prefetch(rows_, first, count);
-    if (of_next_batch && more_) Prefetch(next_rows_, first, count);
-  }
-
  private:
-  static constexpr int kFirstRows = 128;  // a chunk's
-
-  // All rows at once, so that their misses overlap. Sixteen at a time between the products took five times as long in
-  // all (measured on Zen 5): each time the processor waited for the slowest of its page walks.
-  void Prefetch(const std::vector<uint32_t>& rows, int first, int count) const {
-    for (int i = first; i < first + count; ++i) replay_->Prefetch(static_cast<int>(rows[i]));
-  }
-
-  void Draw(int64_t update, std::vector<uint32_t>* rows) const {
-    random_.Below(BatchRandom::Purpose::kReplayRows, update, static_cast<uint32_t>(replay_->size()),
-                  static_cast<int>(rows->size()), rows->data());
-  }
-
   const BatchRandom& random_;
   bool uses_noise_;
   Batch<float>* batch_;
   const ReplayBuffer* replay_ = nullptr;
   int64_t update_ = 0;
-  bool more_ = false;
-  std::vector<uint32_t> rows_, next_rows_;
+  std::vector<uint32_t> rows_;
 };
 
 /// Batches from replay and random numbers for Method = Sac<float> or Td3<float>.
@@ -129,9 +102,8 @@ class OffPolicy final : public Algorithm {
     CAIRN_CHECK(replay.size() > 0 && replay.observation_size() == batch_.observation_size() &&
                 replay.action_size() == batch_.action_size());
     const double learning_rate = LinearDecay(config_.learning_rate, config_.final_learning_rate_fraction, progress);
-    feeder_.StartCall(replay, num_updates_);
     for (int i = 0; i < count; ++i, ++num_updates_) {
-      feeder_.StartUpdate(num_updates_, i + 1 == count);
+      feeder_.StartUpdate(replay, num_updates_);
       UpdateOnce(learning_rate);
     }
   }

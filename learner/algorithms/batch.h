@@ -9,32 +9,29 @@
 
 namespace cairn::learner {
 
-/// How the samples of a batch are cut into pieces that stay in the first-level cache all through the layers, and these
-/// into the shares of threads.
+/// Adjacent samples of a batch.
+struct Chunk {
+  int first = 0;
+  int size = 0;
+};
+
+/// How the samples of a batch are cut into the shares of threads, and these into chunks, for each of which the products
+/// of the weights' gradients are made at once.
 class Chunks {
  public:
-  /// Pieces of nearly equal size, at most about `kActivationFloats` floats of the widest layer each, smaller ones for
-  /// several shares. `parameters`, those of a critic, tell how long a piece takes.
-  Chunks(int batch_size, int widest_layer, int shares = 1, size_t parameters = 0);
+  /// The first share is the caller's, which begins while the others wake up, and larger by that much. `parameters`,
+  /// those of a critic, tell how long a sample takes.
+  explicit Chunks(int batch_size, int shares = 1, size_t parameters = 0);
 
-  int count() const { return (batch_size_ + chunk_ - 1) / chunk_; }
-  int first(int c) const { return c * chunk_; }
-  int size(int c) const { return c + 1 < count() ? chunk_ : batch_size_ - first(c); }
-  /// At most as many as were asked for: none is empty.
-  int num_shares() const { return shares_; }
-  /// Where a share begins; the last one ends at share_begin(num_shares()). The first is the caller's, which begins
-  /// while the others wake up, and larger by that much.
-  int share_begin(int share) const;
+  /// At most as many as were asked for: only one if waking up others takes longer than what they would do.
+  int num_shares() const { return static_cast<int>(shares_.size()); }
+  /// In ascending order, of nearly equal size.
+  std::span<const Chunk> share(int share) const { return shares_[share]; }
   /// The sizes that occur, ascending.
   std::vector<int> sizes() const;
 
  private:
-  int FirstShare(double chunk_seconds) const;
-
-  int batch_size_;
-  int chunk_;
-  int shares_;
-  int first_share_;  // of chunks
+  std::vector<std::vector<Chunk>> shares_;
 };
 
 /// Floats from one sample of a batch to the next.
@@ -65,8 +62,9 @@ class Batch {
   Scalar* noise() { return noise_.data(); }            ///< for the actions at the observations
   Scalar* next_noise() { return next_noise_.data(); }  ///< for the actions at the next observations
 
-  /// Copies the rows of `replay` that `rows` names to the samples from `first` on.
-  void Gather(const ReplayBuffer& replay, std::span<const uint32_t> rows, int first);
+  /// Copies rows of `replay` to samples [first, first + count): sample i gets the one that rows[i] names, of rows
+  /// [size].
+  void Gather(const ReplayBuffer& replay, std::span<const uint32_t> rows, int first, int count);
 
  private:
   int size_, observation_size_, action_size_, stride_;
@@ -79,9 +77,6 @@ class Batch {
 class BatchFeeder {
  public:
   virtual ~BatchFeeder() = default;
-
-  /// Samples [first, first + count) of this batch, or of the next one, will be needed after those of the next Need.
-  virtual void Expect(int /*first*/, int /*count*/, bool /*of_next_batch*/) {}
 
   /// Called before samples [first, first + count) are used, once an update.
   virtual void Need(int /*first*/, int /*count*/) {}

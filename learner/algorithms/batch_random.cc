@@ -10,9 +10,11 @@
 namespace cairn::learner {
 namespace {
 
-constexpr int kLanes = 16;          // counters that run side by side
-constexpr int kBlock = 4 * kLanes;  // numbers that one pass yields
-using Lanes = uint32_t[kLanes];
+constexpr int kLanes = 16;  // counters whose numbers stand together: first those of c[0], …, last those of c[3]
+constexpr int kBlock = 4 * kLanes;  // numbers
+constexpr int kBlocks = 2;          // that one pass makes: each waits for its own multiplications most of the time
+constexpr int kPass = kBlocks * kBlock;
+using Lanes = uint32_t[kBlocks * kLanes];
 
 struct Counters {
   Lanes c[4];
@@ -20,18 +22,19 @@ struct Counters {
 
 // high : low = a · b
 CAIRN_INLINE_LOOP inline void Multiply(uint32_t a, const Lanes& b, Lanes& high, Lanes& low) {
-  for (int l = 0; l < kLanes; ++l) {
+  for (int l = 0; l < kBlocks * kLanes; ++l) {
     const uint64_t product = uint64_t{a} * b[l];
     high[l] = static_cast<uint32_t>(product >> 32);
     low[l] = static_cast<uint32_t>(product);
   }
 }
 
-// Lane l holds counter (block · kLanes + l, purpose, draw); afterwards c[0…3] are its four numbers.
+// Lane l holds counter (block · kLanes + l, purpose, draw) and so those of kBlocks blocks; afterwards c[0…3] are its
+// four numbers.
 CAIRN_INLINE_LOOP inline void Philox(std::array<uint32_t, 2> key, uint32_t block, uint32_t purpose, int64_t draw,
                                      Counters* counters) {
   auto& c = counters->c;
-  for (int l = 0; l < kLanes; ++l) {
+  for (int l = 0; l < kBlocks * kLanes; ++l) {
     c[0][l] = block * kLanes + static_cast<uint32_t>(l);
     c[1][l] = purpose;
     c[2][l] = static_cast<uint32_t>(draw);
@@ -41,7 +44,7 @@ CAIRN_INLINE_LOOP inline void Philox(std::array<uint32_t, 2> key, uint32_t block
     Lanes high0, low0, high1, low1;
     Multiply(0xD2511F53u, c[0], high0, low0);
     Multiply(0xCD9E8D57u, c[2], high1, low1);
-    for (int l = 0; l < kLanes; ++l) {
+    for (int l = 0; l < kBlocks * kLanes; ++l) {
       c[0][l] = high1[l] ^ c[1][l] ^ key[0];
       c[1][l] = low1[l];
       c[2][l] = high0[l] ^ c[3][l] ^ key[1];
@@ -53,7 +56,7 @@ CAIRN_INLINE_LOOP inline void Philox(std::array<uint32_t, 2> key, uint32_t block
 }
 
 // Two uniforms of 24 bits, u in (0, 1] and v in [0, 1) → two normals.
-CAIRN_INLINE_LOOP inline void BoxMuller(const Lanes& a, const Lanes& b, float* out) {
+CAIRN_INLINE_LOOP inline void BoxMuller(const uint32_t* a, const uint32_t* b, float* out) {
   for (int l = 0; l < kLanes; ++l) {
     const float u = static_cast<float>(static_cast<int32_t>(a[l] >> 8) + 1) * 0x1.0p-24f;
     const float v = static_cast<float>(static_cast<int32_t>(b[l] >> 8)) * 0x1.0p-24f;
@@ -65,14 +68,14 @@ CAIRN_INLINE_LOOP inline void BoxMuller(const Lanes& a, const Lanes& b, float* o
   }
 }
 
-// Numbers [first, first + n): make(block, to) writes those of a whole block, parts of one go by way of a temporary.
+// Numbers [first, first + n): make(block, to) writes those of a whole pass, parts of one go by way of a temporary.
 template <typename T, typename Make>
-CAIRN_INLINE_LOOP inline void InBlocks(int first, int n, T* out, const Make& make) {
-  T whole[kBlock];
+CAIRN_INLINE_LOOP inline void InPasses(int first, int n, T* out, const Make& make) {
+  T whole[kPass];
   for (int i = first, count; i < first + n; i += count, out += count) {
-    const int skip = i % kBlock;
-    count = std::min(kBlock - skip, first + n - i);
-    make(static_cast<uint32_t>(i / kBlock), whole);
+    const int skip = i % kPass;
+    count = std::min(kPass - skip, first + n - i);
+    make(static_cast<uint32_t>(i / kPass * kBlocks), whole);
     std::copy_n(whole + skip, count, out);
   }
 }
@@ -86,10 +89,12 @@ BatchRandom::BatchRandom(uint64_t seed) {
 
 void BatchRandom::Bits(Purpose purpose, int64_t draw, int n, uint32_t* out) const {
   AtFullWidth([&]() CAIRN_INLINE_LOOP {
-    InBlocks(0, n, out, [&](uint32_t block, uint32_t* to) CAIRN_INLINE_LOOP {
+    InPasses(0, n, out, [&](uint32_t block, uint32_t* to) CAIRN_INLINE_LOOP {
       Counters counters;
       Philox(key_, block, static_cast<uint32_t>(purpose), draw, &counters);
-      for (int i = 0; i < 4; ++i) std::copy_n(counters.c[i], kLanes, to + i * kLanes);
+      for (int b = 0; b < kBlocks; ++b) {
+        for (int i = 0; i < 4; ++i) std::copy_n(counters.c[i] + b * kLanes, kLanes, to + b * kBlock + i * kLanes);
+      }
     });
   });
 }
@@ -101,11 +106,14 @@ void BatchRandom::Below(Purpose purpose, int64_t draw, uint32_t below, int n, ui
 
 void BatchRandom::Normals(Purpose purpose, int64_t draw, int first, int n, float* out) const {
   AtFullWidth([&]() CAIRN_INLINE_LOOP {
-    InBlocks(first, n, out, [&](uint32_t block, float* to) CAIRN_INLINE_LOOP {
+    InPasses(first, n, out, [&](uint32_t block, float* to) CAIRN_INLINE_LOOP {
       Counters counters;
       Philox(key_, block, static_cast<uint32_t>(purpose), draw, &counters);
-      BoxMuller(counters.c[0], counters.c[1], to);
-      BoxMuller(counters.c[2], counters.c[3], to + 2 * kLanes);
+      const auto& c = counters.c;
+      for (int b = 0; b < kBlocks; ++b) {
+        BoxMuller(c[0] + b * kLanes, c[1] + b * kLanes, to + b * kBlock);
+        BoxMuller(c[2] + b * kLanes, c[3] + b * kLanes, to + b * kBlock + 2 * kLanes);
+      }
     });
   });
 }

@@ -10,36 +10,12 @@
 namespace cairn::learner {
 namespace {
 
-constexpr int kColumnStep = 4;  // InputGradient rounds its number of samples up to a multiple
-
-// Products that follow the samples, and the pass over what they yield, go by blocks of columns: that pass then finds it
-// in the first-level cache. The products for weights, which sum over samples, take all columns at once. On Zen 5 blocks
-// of 64 are 1 to 2 % faster than those of 32 at width 64; wider layers have chunks of 32 anyway.
-constexpr int kBlock = 64;
-constexpr int kMaxBlock = kBlock * 3 / 2;
-
 int RoundUp(int n, int step) { return (n + step - 1) / step * step; }
 
 std::vector<int> MultiplesUpTo(int n, int step) {
   std::vector<int> multiples;
   for (int i = step; i <= RoundUp(n, step); i += step) multiples.push_back(i);
   return multiples;
-}
-
-/// Calls f(first, how many) for the blocks of n columns, nearly equal ones of about kBlock: a few columns left over
-/// would cost nearly as much as a whole block.
-template <typename F>
-void ForBlocks(int n, F f) {
-  const int count = std::max(1, (n + kBlock / 2) / kBlock);
-  const int size = RoundUp((n + count - 1) / count, kColumnStep);
-  for (int first = 0; first < n; first += size) f(first, std::min(size, n - first));
-}
-
-/// The sizes of the blocks of such numbers of columns, ascending.
-std::vector<int> BlockSizes(const std::vector<int>& columns) {
-  std::set<int> sizes;
-  for (int n : columns) ForBlocks(n, [&](int /*first*/, int size) { sizes.insert(size); });
-  return {sizes.begin(), sizes.end()};
 }
 
 std::vector<MlpLayer> MakeLayers(const MlpShape& shape) {
@@ -84,12 +60,6 @@ size_t MlpShape::num_parameters() const {
   return count + (in + 1) * static_cast<size_t>(num_outputs);
 }
 
-int MlpShape::widest_layer() const {
-  int widest = num_outputs;
-  for (int width : net_arch) widest = std::max(widest, width);
-  return widest;
-}
-
 template <typename Scalar>
 MlpWeights<Scalar>::MlpWeights(const MlpShape& shape) : values(shape.num_parameters()) {
   size_t size = 0;
@@ -109,7 +79,7 @@ MlpTape<Scalar>::MlpTape(const MlpShape& shape, int max_columns) {
     if (shape.layer_norm) inverse_std.emplace_back(static_cast<size_t>(columns));
   }
   output = AlignedBuffer<Scalar>(static_cast<size_t>(shape.num_outputs) * columns);
-  for (auto& d : delta) d = AlignedBuffer<Scalar>(static_cast<size_t>(shape.widest_layer()) * columns);
+  for (const MlpLayer& layer : MakeLayers(shape)) deltas.emplace_back(static_cast<size_t>(layer.out) * columns);
 }
 
 template <typename Scalar>
@@ -127,13 +97,21 @@ Mlp<Scalar>::Mlp(const MlpShape& shape, int input_stride, const std::vector<int>
   }
 }
 
+// The sizes of the blocks of such numbers of columns, ascending.
+template <typename Scalar>
+std::vector<int> Mlp<Scalar>::BlockSizes(const std::vector<int>& columns) {
+  std::set<int> sizes;
+  for (int n : columns) ForBlocks(n, [&](int /*first*/, int size) { sizes.insert(size); });
+  return {sizes.begin(), sizes.end()};
+}
+
 template <typename Scalar>
 void Mlp<Scalar>::AddLayer(const MlpLayer& layer, int x_stride) {
   using Transposition = typename Gemm<Scalar>::Transpose;
   const int in = layer.in, out = layer.out;
   Kernels kernels{
       ColumnGemm<Scalar>(out, in, out, x_stride, out, BlockSizes(columns_)),
-      ColumnGemm<Scalar>(in, out, in, out, in, MultiplesUpTo(std::min(columns_.back(), kMaxBlock), kColumnStep)),
+      ColumnGemm<Scalar>(in, out, in, out, in, MultiplesUpTo(std::min(columns_.back(), kBlock * 3 / 2), kColumnStep)),
       {},
       {}};
   const auto weight_gradient = [&](int n, Accumulate accumulate) {
@@ -148,135 +126,160 @@ void Mlp<Scalar>::AddLayer(const MlpLayer& layer, int x_stride) {
 }
 
 template <typename Scalar>
-const Scalar* Mlp<Scalar>::Forward(const MlpWeights<Scalar>& weights, const Scalar* x, int n, Keep keep,
+const Scalar* Mlp<Scalar>::Forward(const MlpWeights<Scalar>& weights, const Scalar* x, int n,
                                    MlpTape<Scalar>* tape) const {
-  const int last = static_cast<int>(layers_.size()) - 2;
-  for (int l = 0; l <= last; ++l) {
-    const MlpLayer& layer = layers_[l];
-    const int stride = l == 0 ? input_stride_ : layer.in;
-    Scalar* h = tape->activations[l].data();
-    ForBlocks(n, [&](int first, int columns) {
-      kernels_[l].forward(weights.values.data() + layer.weights, x + static_cast<ptrdiff_t>(first) * stride, columns,
-                          h + static_cast<ptrdiff_t>(first) * layer.out);
-      if (l < last || !fused_head()) Activate(weights, l, first, columns, tape);
-      if (l == last) Head(weights, first, columns, keep, tape);
-    });
-    x = h;
-  }
+  ForBlocks(n, [&](int first, int count) { ForwardBlock(weights, x, first, count, Keep::kActivations, tape); });
   return tape->output.data();
 }
 
 template <typename Scalar>
-void Mlp<Scalar>::Activate(const MlpWeights<Scalar>& weights, int l, int first, int columns,
+const Scalar* Mlp<Scalar>::Value(const MlpWeights<Scalar>& weights, const Scalar* x, int n,
+                                 MlpTape<Scalar>* tape) const {
+  ForBlocks(n, [&](int first, int count) { ForwardBlock(weights, x, first, count, Keep::kOutput, tape); });
+  return tape->output.data();
+}
+
+template <typename Scalar>
+void Mlp<Scalar>::ForwardBlock(const MlpWeights<Scalar>& weights, const Scalar* x, int first, int count, Keep keep,
+                               MlpTape<Scalar>* tape) const {
+  const int last = static_cast<int>(layers_.size()) - 2;
+  const int start = keep == Keep::kActivations ? first : 0;  // what is not kept has its place in the cache already
+  x += static_cast<ptrdiff_t>(first) * input_stride_;
+  for (int l = 0; l <= last; ++l) {
+    Scalar* h = tape->activations[l].data() + static_cast<ptrdiff_t>(start) * layers_[l].out;
+    kernels_[l].forward(weights.values.data() + layers_[l].weights, x, count, h);
+    if (l < last || !fused_head()) Activate(weights, l, start, count, tape);
+    x = h;
+  }
+  Head(weights, start, count, keep, tape, tape->output.data() + static_cast<ptrdiff_t>(first) * shape_.num_outputs);
+}
+
+template <typename Scalar>
+void Mlp<Scalar>::Activate(const MlpWeights<Scalar>& weights, int l, int first, int count,
                            MlpTape<Scalar>* tape) const {
   const MlpLayer& layer = layers_[l];
   const Scalar* p = weights.values.data();
   const ptrdiff_t start = static_cast<ptrdiff_t>(first) * layer.out;
   Scalar* h = tape->activations[l].data() + start;
   if (!shape_.layer_norm) {
-    cairn::layers::BiasRelu(p + layer.bias, layer.out, columns, h);
+    cairn::layers::BiasRelu(p + layer.bias, layer.out, count, h);
     return;
   }
   Scalar* x = tape->normalized[l].data() + start;
-  cairn::layers::Normalize(p + layer.bias, layer.out, columns, h, tape->inverse_std[l].data() + first);
-  std::copy_n(h, static_cast<size_t>(layer.out) * columns, x);
-  cairn::layers::GainRelu(p + layer.gain, p + layer.offset, layer.out, columns, x, h);
+  cairn::layers::Normalize(p + layer.bias, layer.out, count, h, tape->inverse_std[l].data() + first);
+  std::copy_n(h, static_cast<size_t>(layer.out) * count, x);
+  cairn::layers::GainRelu(p + layer.gain, p + layer.offset, layer.out, count, x, h);
 }
 
 // The output from the last activations; a fused head computes those too.
 template <typename Scalar>
-void Mlp<Scalar>::Head(const MlpWeights<Scalar>& weights, int first, int columns, Keep keep,
-                       MlpTape<Scalar>* tape) const {
+void Mlp<Scalar>::Head(const MlpWeights<Scalar>& weights, int first, int count, Keep keep, MlpTape<Scalar>* tape,
+                       Scalar* y) const {
   const MlpLayer& head = layers_.back();
   const Scalar* p = weights.values.data();
   Scalar* x = tape->activations.back().data() + static_cast<ptrdiff_t>(first) * head.in;
-  Scalar* y = tape->output.data() + static_cast<ptrdiff_t>(first) * head.out;
   const Scalar* transposed = head.out == 1 ? p + head.weights : weights.transposed.data() + head.transposed;
   if (fused_head()) {
     const Scalar* bias = p + layers_[layers_.size() - 2].bias;
-    layers::BiasReluProduct(bias, transposed, p + head.bias, head.in, head.out, columns, keep == Keep::kActivations, x,
+    layers::BiasReluProduct(bias, transposed, p + head.bias, head.in, head.out, count, keep == Keep::kActivations, x,
                             y);
   } else if (head.narrow()) {
     const Scalar* input = x;
-    cairn::layers::NarrowProduct(transposed, p + head.bias, input, head.in, head.out, columns, y);
+    cairn::layers::NarrowProduct(transposed, p + head.bias, input, head.in, head.out, count, y);
   } else {
-    kernels_.back().forward(p + head.weights, x, columns, y);
-    cairn::layers::AddBias(p + head.bias, head.out, columns, y);
+    kernels_.back().forward(p + head.weights, x, count, y);
+    cairn::layers::AddBias(p + head.bias, head.out, count, y);
   }
 }
 
+// The parts of the gradient that are only ever added to start at 0.
 template <typename Scalar>
-void Mlp<Scalar>::Backward(const MlpWeights<Scalar>& weights, const Scalar* x, const Scalar* d_output, int n,
-                           Accumulate accumulate, MlpTape<Scalar>* tape, AlignedBuffer<Scalar>* gradient) const {
+void Mlp<Scalar>::StartGradient(Accumulate accumulate, AlignedBuffer<Scalar>* gradient) const {
   CAIRN_DCHECK(gradient->size() == gradient_buffer_size_);
-  Scalar* sums = gradient->data();
-  if (accumulate == Accumulate::kOverwrite) ZeroVectors(sums);
-  const int top = static_cast<int>(layers_.size()) - 1;
-  const MlpLayer& head = layers_[top];
-  layers::AddColumns(d_output, head.out, n, sums + head.bias);
-  const Scalar* delta = d_output;
-  for (int l = top; l > 0; --l) {
-    Scalar* below = tape->delta[l % 2].data();
-    if (l == top && fused_single_head()) {
-      layers::DotBackward(weights.values.data() + head.weights, d_output, tape->activations[l - 1].data(), head.in, n,
-                          below, sums + layers_[l - 1].bias, sums + head.weights);
-    } else {
-      WeightGradient(l, delta, tape->activations[l - 1].data(), n, accumulate, sums);
-      ForBlocks(n, [&](int first, int columns) {
-        kernels_[l].backward(weights.transposed.data() + layers_[l].transposed,
-                             delta + static_cast<ptrdiff_t>(first) * layers_[l].out, columns,
-                             below + static_cast<ptrdiff_t>(first) * layers_[l].in);
-        BackwardActivation(weights, l - 1, first, columns, tape, below, sums);
-      });
-    }
-    delta = below;
-  }
-  WeightGradient(0, delta, x, n, accumulate, sums);
-}
-
-// The parts of the gradient that are only ever added to.
-template <typename Scalar>
-void Mlp<Scalar>::ZeroVectors(Scalar* gradient) const {
+  if (accumulate == Accumulate::kAdd) return;
   for (const MlpLayer& layer : layers_) {
     const size_t norm = layer.hidden && shape_.layer_norm ? 2 * layer.out : 0;
-    std::fill_n(gradient + layer.bias, layer.out + norm, Scalar{0});
+    std::fill_n(gradient->data() + layer.bias, layer.out + norm, Scalar{0});
   }
-  if (fused_single_head()) std::fill_n(gradient + layers_.back().weights, layers_.back().in, Scalar{0});
+  if (fused_single_head()) std::fill_n(gradient->data() + layers_.back().weights, layers_.back().in, Scalar{0});
 }
 
-// delta: derivatives by the layer's activations → by its z = W x + b.
+// The deltas of all layers but the last, whose are there, and the sums that go with them.
 template <typename Scalar>
-void Mlp<Scalar>::BackwardActivation(const MlpWeights<Scalar>& weights, int l, int first, int columns,
-                                     MlpTape<Scalar>* tape, Scalar* delta, Scalar* gradient) const {
+void Mlp<Scalar>::BackwardBlock(const MlpWeights<Scalar>& weights, int first, int count, MlpTape<Scalar>* tape,
+                                AlignedBuffer<Scalar>* gradient) const {
+  Scalar* sums = gradient->data();
+  const int top = static_cast<int>(layers_.size()) - 1;
+  for (int l = top; l > 0; --l) {
+    const MlpLayer& layer = layers_[l];
+    const Scalar* delta = tape->deltas[l].data() + static_cast<ptrdiff_t>(first) * layer.out;
+    const ptrdiff_t start = static_cast<ptrdiff_t>(first) * layer.in;
+    Scalar* below = tape->deltas[l - 1].data() + start;
+    if (l == top && fused_single_head()) {
+      layers::DotBackward(weights.values.data() + layer.weights, delta, tape->activations[l - 1].data() + start,
+                          layer.in, count, below, sums + layers_[l - 1].bias, sums + layer.weights);
+    } else {
+      kernels_[l].backward(weights.transposed.data() + layer.transposed, delta, count, below);
+      BackwardActivation(weights, l - 1, first, count, tape, sums);
+    }
+  }
+}
+
+// deltas[l]: derivatives by the layer's activations → by its z = W x + b.
+template <typename Scalar>
+void Mlp<Scalar>::BackwardActivation(const MlpWeights<Scalar>& weights, int l, int first, int count,
+                                     MlpTape<Scalar>* tape, Scalar* gradient) const {
   const MlpLayer& layer = layers_[l];
   const ptrdiff_t start = static_cast<ptrdiff_t>(first) * layer.out;
   const Scalar* h = tape->activations[l].data() + start;
-  delta += start;
+  Scalar* delta = tape->deltas[l].data() + start;
   if (!shape_.layer_norm) {
-    layers::ReluBackward(h, layer.out, columns, delta, gradient + layer.bias);
+    layers::ReluBackward(h, layer.out, count, delta, gradient + layer.bias);
     return;
   }
   const Scalar* x = tape->normalized[l].data() + start;
-  layers::GainReluBackward(weights.values.data() + layer.gain, x, h, layer.out, columns, delta, gradient + layer.gain,
+  layers::GainReluBackward(weights.values.data() + layer.gain, x, h, layer.out, count, delta, gradient + layer.gain,
                            gradient + layer.offset);
-  for (int j = 0; j < columns; ++j) {
+  for (int j = 0; j < count; ++j) {
     const ptrdiff_t column = static_cast<ptrdiff_t>(j) * layer.out;
     layers::NormalizeBackward(x + column, tape->inverse_std[l][first + j], layer.out, delta + column);
   }
-  layers::AddColumns(delta, layer.out, columns, gradient + layer.bias);
+  layers::AddColumns(delta, layer.out, count, gradient + layer.bias);
 }
 
+// In pieces that depend on the width, for no other reason than that runs keep the bits they have had.
 template <typename Scalar>
-void Mlp<Scalar>::WeightGradient(int l, const Scalar* delta, const Scalar* x, int n, Accumulate accumulate,
-                                 Scalar* gradient) const {
-  const auto which = std::lower_bound(columns_.begin(), columns_.end(), n) - columns_.begin();
-  CAIRN_DCHECK(columns_[which] == n);
-  const Kernels& kernels = kernels_[l];
-  const auto& products = accumulate == Accumulate::kAdd ? kernels.weight_gradient_sum : kernels.weight_gradient;
-  if (layers_[l].narrow()) {
-    products[which](x, delta, gradient + layers_[l].narrow_sums);
-  } else {
-    products[which](delta, x, gradient + layers_[l].weights);
+void Mlp<Scalar>::AddHeadBiasGradient(int n, const MlpTape<Scalar>& tape, AlignedBuffer<Scalar>* gradient) const {
+  const MlpLayer& head = layers_.back();
+  const int limit = std::clamp(8192 / head.in, 32, 128);
+  const int pieces = (n + limit - 1) / limit;
+  const int piece = (n + pieces - 1) / pieces;
+  for (int first = 0; first < n; first += piece) {
+    layers::AddColumns(tape.deltas.back().data() + static_cast<ptrdiff_t>(first) * head.out, head.out,
+                       std::min(piece, n - first), gradient->data() + head.bias);
+  }
+}
+
+// The products dW = dz xᵀ of all layers, after the deltas of n columns.
+template <typename Scalar>
+void Mlp<Scalar>::AddWeightGradients(const Scalar* x, int n, Accumulate accumulate, const MlpTape<Scalar>& tape,
+                                     AlignedBuffer<Scalar>* gradient) const {
+  const auto size = std::lower_bound(columns_.begin(), columns_.end(), n) - columns_.begin();
+  CAIRN_DCHECK(columns_[size] == n);
+  AddHeadBiasGradient(n, tape, gradient);
+  for (size_t l = 0; l < layers_.size(); ++l) {
+    const MlpLayer& layer = layers_[l];
+    if (!layer.hidden && fused_single_head()) continue;  // BackwardBlock has done it
+    const Scalar* in = l == 0 ? x : tape.activations[l - 1].data();
+    const Scalar* delta = tape.deltas[l].data();
+    const Kernels& kernels = kernels_[l];
+    const auto& product =
+        (accumulate == Accumulate::kAdd ? kernels.weight_gradient_sum : kernels.weight_gradient)[size];
+    if (layer.narrow()) {
+      product(in, delta, gradient->data() + layer.narrow_sums);
+    } else {
+      product(delta, in, gradient->data() + layer.weights);
+    }
   }
 }
 
@@ -287,12 +290,12 @@ void Mlp<Scalar>::InputGradient(const MlpWeights<Scalar>& weights, std::span<con
   const MlpLayer& head = layers_.back();
   const MlpLayer& bottom = layers_.front();
   CAIRN_DCHECK(head.out == 1);
-  Scalar* delta = tape->delta[0].data();
   const int top = static_cast<int>(layers_.size()) - 2;
+  Scalar* delta = tape->deltas[top].data();
   layers::MaskVector(weights.values.data() + head.weights, tape->activations[top].data(), samples, head.in, delta);
   if (shape_.layer_norm) SampleNormGradient(weights, top, samples, *tape, delta);
   for (int l = top; l > 0; --l) {
-    Scalar* below = tape->delta[delta == tape->delta[0].data() ? 1 : 0].data();
+    Scalar* below = tape->deltas[l - 1].data();
     ForBlocks(n, [&](int start, int columns) {
       Scalar* to = below + static_cast<ptrdiff_t>(start) * layers_[l].in;
       const std::span<const int> block = samples.subspan(start, columns);

@@ -16,7 +16,7 @@ template <typename Scalar>
 Sac<Scalar>::Sac(const LearnerConfig& config, const PolicyShape& shape, uint64_t seed)
     : config_(config),
       action_size_(shape.action_size),
-      chunks_(config.batch_size, WidestLayer(shape), config.update_threads, CriticMlpShape(shape).num_parameters()),
+      chunks_(config.batch_size, config.update_threads, CriticMlpShape(shape).num_parameters()),
       policy_mlp_(PolicyMlpShape(shape), BatchStride(shape.observation_size, shape.action_size), chunks_.sizes()),
       policy_(policy_mlp_, seed, 0),
       critics_(CriticMlpShape(shape), BatchStride(shape.observation_size, shape.action_size), chunks_.sizes(),
@@ -37,8 +37,7 @@ typename Sac<Scalar>::Work Sac<Scalar>::MakeWork(int share) const {
           critics_.MakeWork(share),
           std::move(head),
           AlignedBuffer<Scalar>(samples),
-          AlignedBuffer<Scalar>(samples * action_size_),
-          AlignedBuffer<Scalar>(2 * samples * action_size_)};
+          AlignedBuffer<Scalar>(samples * action_size_)};
 }
 
 template <typename Scalar>
@@ -119,23 +118,28 @@ double Sac<Scalar>::ActorLoss(Batch<Scalar>* batch) {
 
 template <typename Scalar>
 void Sac<Scalar>::ActorChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work) {
-  // a ~ π(·|s), reparameterised; it takes the place of the stored action.
-  const Scalar* y = policy_mlp_.Forward(policy_.weights, batch->input(first), n, &work->policy_tape);
+  policy_mlp_.LossGradient(policy_.weights, batch->input(first), n, accumulate, &work->policy_tape,
+                           GradientOf(&policy_, &work->policy_gradient),
+                           [&](int offset, int count, const Scalar* y, Scalar* d_y) {
+                             ActorBlock(batch, first + offset, count, y, d_y, work);
+                           });
+}
+
+// J_π = mean (alpha log π(a|s) − min_i Q_i(s, a)); a ~ π(·|s), reparameterised, takes the place of the stored action.
+template <typename Scalar>
+void Sac<Scalar>::ActorBlock(Batch<Scalar>* batch, int first, int n, const Scalar* y, Scalar* d_y, Work* work) {
   work->head.Sample(y, n, batch->noise() + first, batch->size(), batch->action(first), batch->stride());
   const Scalar* log_prob = work->head.log_prob();
   critics_.MinQ(batch->input(first), n, &work->critics, work->q.data());
-  // J_π = mean (alpha log π(a|s) − min_i Q_i(s, a))
   const double entropy_weight = alpha();
-  const double chunk_log_prob = LaneSum<double>(n, [=](int j) { return static_cast<double>(log_prob[j]); });
-  work->log_prob += chunk_log_prob;
+  const double sum_log_prob = LaneSum<double>(n, [=](int j) { return static_cast<double>(log_prob[j]); });
+  work->log_prob += sum_log_prob;
   const Scalar* q = work->q.data();
   work->actor_loss +=
-      entropy_weight * chunk_log_prob - LaneSum<double>(n, [q](int j) { return static_cast<double>(q[j]); });
+      entropy_weight * sum_log_prob - LaneSum<double>(n, [q](int j) { return static_cast<double>(q[j]); });
   critics_.ActionGradient(&work->critics, work->d_action.data(), work->head.stride());
   work->head.Backward(work->d_action.data(), n, static_cast<Scalar>(entropy_weight),
-                      Scalar{1} / static_cast<Scalar>(batch->size()), work->d_output.data());
-  policy_mlp_.Backward(policy_.weights, batch->input(first), work->d_output.data(), n, accumulate, &work->policy_tape,
-                       GradientOf(&policy_, &work->policy_gradient));
+                      Scalar{1} / static_cast<Scalar>(batch->size()), d_y);
 }
 
 template <typename Scalar>

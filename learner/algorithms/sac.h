@@ -64,7 +64,6 @@ class Sac {
     TanhGaussian<Scalar> head;
     AlignedBuffer<Scalar> q;         // [samples]
     AlignedBuffer<Scalar> d_action;  // [samples × action_size]
-    AlignedBuffer<Scalar> d_output;  // [2 · action_size × samples]
     double actor_loss = 0;           // sums over the batch
     double log_prob = 0;
   };
@@ -72,6 +71,7 @@ class Sac {
   Work MakeWork(int share) const;
   void CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work);
   void ActorChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work);
+  void ActorBlock(Batch<Scalar>* batch, int first, int n, const Scalar* y, Scalar* d_y, Work* work);
 
   LearnerConfig config_;
   int action_size_;

@@ -15,6 +15,4 @@ inline MlpShape CriticMlpShape(const PolicyShape& shape) {
   return {shape.observation_size + shape.action_size, shape.net_arch, 1, shape.layer_norm};
 }
 
-inline int WidestLayer(const PolicyShape& shape) { return PolicyMlpShape(shape).widest_layer(); }
-
 }  // namespace cairn::learner

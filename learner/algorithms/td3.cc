@@ -14,7 +14,8 @@ namespace {
 
 template <typename Scalar>
 Scalar Clip(Scalar x, Scalar limit) {
-  return x < -limit ? -limit : (x > limit ? limit : x);
+  const Scalar above = x < -limit ? -limit : x;  // one comparison after the other: a maximum and a minimum
+  return limit < above ? limit : above;
 }
 
 template <typename Scalar>
@@ -30,7 +31,7 @@ template <typename Scalar>
 Td3<Scalar>::Td3(const LearnerConfig& config, const PolicyShape& shape, uint64_t seed)
     : config_(config),
       action_size_(shape.action_size),
-      chunks_(config.batch_size, WidestLayer(shape), config.update_threads, CriticMlpShape(shape).num_parameters()),
+      chunks_(config.batch_size, config.update_threads, CriticMlpShape(shape).num_parameters()),
       policy_mlp_(PolicyMlpShape(shape), BatchStride(shape.observation_size, shape.action_size), chunks_.sizes()),
       policy_(policy_mlp_, seed, 0),
       policy_target_(CopyWeights(policy_mlp_, policy_.weights)),
@@ -51,7 +52,6 @@ typename Td3<Scalar>::Work Td3<Scalar>::MakeWork(int share) const {
           critics_.MakeWork(share),
           stride,
           AlignedBuffer<Scalar>(samples),
-          AlignedBuffer<Scalar>(samples * action_size_),
           AlignedBuffer<Scalar>(samples * action_size_),
           AlignedBuffer<Scalar>(samples * action_size_)};
 }
@@ -114,12 +114,12 @@ void Td3<Scalar>::SmoothedTargetAction(Batch<Scalar>* batch, int first, int n, W
       for (int j = 0; j < n; ++j) to[j] = Clip(sigma * from[j], limit);
     });
   }
-  for (int j = 0; j < n; ++j) {
-    Scalar* action = batch->next_action(first + j);
-    for (int a = 0; a < action_size_; ++a) {
-      const Scalar noise = work->noise[static_cast<size_t>(a) * work->stride + j];
-      action[a] = Clip(work->action[j * action_size_ + a] + noise, Scalar{1});
-    }
+  for (int a = 0; a < action_size_; ++a) {
+    const Scalar* action = work->action.data() + a;
+    const Scalar* noise = work->noise.data() + static_cast<size_t>(a) * work->stride;
+    Scalar* to = batch->next_action(first) + a;
+    for (int j = 0; j < n; ++j, action += action_size_, to += batch->stride())
+      *to = Clip(*action + noise[j], Scalar{1});
   }
 }
 
@@ -140,23 +140,28 @@ double Td3<Scalar>::ActorLoss(Batch<Scalar>* batch) {
 
 template <typename Scalar>
 void Td3<Scalar>::ActorChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work) {
-  const Scalar* y = policy_mlp_.Forward(policy_.weights, batch->input(first), n, &work->policy_tape);
-  Tanh(y, n * action_size_, work->action.data());
+  policy_mlp_.LossGradient(policy_.weights, batch->input(first), n, accumulate, &work->policy_tape,
+                           GradientOf(&policy_, &work->policy_gradient),
+                           [&](int offset, int count, const Scalar* y, Scalar* d_y) {
+                             ActorBlock(batch, first + offset, count, y, d_y, work);
+                           });
+}
+
+// J_π = −mean Q_1(s, π(s)), π(s) = tanh(y)
+template <typename Scalar>
+void Td3<Scalar>::ActorBlock(Batch<Scalar>* batch, int first, int n, const Scalar* y, Scalar* d_y, Work* work) {
+  const int size = n * action_size_;
+  Tanh(y, size, work->action.data());
   for (int j = 0; j < n; ++j) std::copy_n(&work->action[j * action_size_], action_size_, batch->action(first + j));
-  // J_π = −mean Q_1(s, π(s))
   critics_.FirstQ(batch->input(first), n, &work->critics, work->q.data());
   const Scalar* q = work->q.data();
   work->actor_loss -= cairn::layers::LaneSum<double>(n, [q](int j) { return static_cast<double>(q[j]); });
   const Scalar* d_action = critics_.FirstActionGradient(n, &work->critics);
   const Scalar* action = work->action.data();
-  Scalar* d_output = work->d_output.data();
   const Scalar weight = Scalar{-1} / static_cast<Scalar>(batch->size());
-  const int size = n * action_size_;
   AtFullWidth([=]() CAIRN_INLINE_LOOP {  // da / dy = 1 − a²
-    for (int i = 0; i < size; ++i) d_output[i] = weight * d_action[i] * (Scalar{1} - action[i] * action[i]);
+    for (int i = 0; i < size; ++i) d_y[i] = weight * d_action[i] * (Scalar{1} - action[i] * action[i]);
   });
-  policy_mlp_.Backward(policy_.weights, batch->input(first), work->d_output.data(), n, accumulate, &work->policy_tape,
-                       GradientOf(&policy_, &work->policy_gradient));
 }
 
 template <typename Scalar>

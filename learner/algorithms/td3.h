@@ -57,17 +57,17 @@ class Td3 {
     AlignedBuffer<Scalar> policy_gradient;  // empty in the first share's (GradientOf)
     typename TwinCritic<Scalar>::Work critics;
     int stride;
-    AlignedBuffer<Scalar> q;         // [samples]
-    AlignedBuffer<Scalar> action;    // [action_size × samples]
-    AlignedBuffer<Scalar> noise;     // of the target action, clipped, [samples × action_size]
-    AlignedBuffer<Scalar> d_output;  // [action_size × samples]
-    double actor_loss = 0;           // sum over the batch
+    AlignedBuffer<Scalar> q;       // [samples]
+    AlignedBuffer<Scalar> action;  // [action_size × samples]
+    AlignedBuffer<Scalar> noise;   // of the target action, clipped, [samples × action_size]
+    double actor_loss = 0;         // sum over the batch
   };
 
   Work MakeWork(int share) const;
   void CriticChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work);
   void SmoothedTargetAction(Batch<Scalar>* batch, int first, int n, Work* work);
   void ActorChunk(Batch<Scalar>* batch, int first, int n, Accumulate accumulate, Work* work);
+  void ActorBlock(Batch<Scalar>* batch, int first, int n, const Scalar* y, Scalar* d_y, Work* work);
 
   LearnerConfig config_;
   int action_size_;

@@ -20,7 +20,6 @@ size_t Padded(int samples) { return static_cast<size_t>((samples + 15) / 16 * 16
 template <typename Scalar>
 TwinCritic<Scalar>::Work::Work(const Mlp<Scalar>& mlp, int action_size, bool own_gradient)
     : tape{MlpTape<Scalar>(mlp.shape(), mlp.max_columns()), MlpTape<Scalar>(mlp.shape(), mlp.max_columns())},
-      error(Padded(mlp.max_columns())),
       d_input(Padded(mlp.max_columns()) * action_size) {
   for (auto& samples : chosen) samples = AlignedBuffer<int>(Padded(mlp.max_columns()));
   if (!own_gradient) return;
@@ -37,23 +36,24 @@ TwinCritic<Scalar>::TwinCritic(const MlpShape& shape, int input_stride, const st
 
 template <typename Scalar>
 void TwinCritic<Scalar>::MinTargetQ(const Scalar* input, int n, Work* work, Scalar* q) const {
-  const Scalar* q1 = mlp_.Value(targets_[0], input, n, &work->tape[0]);
-  const Scalar* q2 = mlp_.Value(targets_[1], input, n, &work->tape[1]);
-  for (int j = 0; j < n; ++j) q[j] = q2[j] < q1[j] ? q2[j] : q1[j];
+  std::copy_n(mlp_.Value(targets_[0], input, n, &work->tape[0]), n, q);
+  const Scalar* q2 = mlp_.Value(targets_[1], input, n, &work->tape[0]);
+  for (int j = 0; j < n; ++j) q[j] = q2[j] < q[j] ? q2[j] : q[j];
 }
 
 template <typename Scalar>
 void TwinCritic<Scalar>::Regress(const Scalar* input, const Scalar* target_q, int n, Scalar weight,
                                  Accumulate accumulate, Work* work) {
   if (accumulate == Accumulate::kOverwrite) work->squared_error = work->q = 0;
+  MlpTape<Scalar>* tape = &work->tape[0];
   for (int i = 0; i < 2; ++i) {
-    const Scalar* q = mlp_.Forward(critics_[i].weights, input, n, &work->tape[i]);
-    const auto error = [q, target_q](int j) { return q[j] - target_q[j]; };
-    for (int j = 0; j < n; ++j) work->error[j] = weight * error(j);
-    work->squared_error += LaneSum<double>(n, [&](int j) { return Square(static_cast<double>(error(j))); });
-    work->q += LaneSum<double>(n, [q](int j) { return static_cast<double>(q[j]); });
-    mlp_.Backward(critics_[i].weights, input, work->error.data(), n, accumulate, &work->tape[i],
-                  GradientOf(&critics_[i], &work->gradient[i]));
+    mlp_.LossGradient(critics_[i].weights, input, n, accumulate, tape, GradientOf(&critics_[i], &work->gradient[i]),
+                      [=](int first, int count, const Scalar* q, Scalar* d_q) {
+                        for (int j = 0; j < count; ++j) d_q[j] = weight * (q[j] - target_q[first + j]);
+                      });
+    const Scalar* q = tape->output.data();
+    work->squared_error += LaneSum<double>(n, [=](int j) { return Square(static_cast<double>(q[j] - target_q[j])); });
+    work->q += LaneSum<double>(n, [=](int j) { return static_cast<double>(q[j]); });
   }
 }
 

@@ -25,7 +25,6 @@ class TwinCritic {
     std::array<MlpTape<Scalar>, 2> tape;
     std::array<AlignedBuffer<int>, 2> chosen;  // samples of the last FirstQ or MinQ by the critic that gave the value
     std::array<int, 2> num_chosen{};
-    AlignedBuffer<Scalar> error;                    // [samples]
     AlignedBuffer<Scalar> d_input;                  // [action_size × samples]
     std::array<AlignedBuffer<Scalar>, 2> gradient;  // of the critics; empty in the first share's (GradientOf)
     double squared_error = 0;                       // sums over the samples and both critics

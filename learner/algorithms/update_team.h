@@ -50,13 +50,11 @@ class UpdateTeam {
 template <typename Work, typename F>
 void ForChunks(UpdateTeam* team, const Chunks& chunks, BatchFeeder* feeder, std::vector<Work>* works, F f) {
   team->Run([&](int share) {
-    const int begin = chunks.share_begin(share), end = chunks.share_begin(share + 1);
-    for (int c = begin; c < end; ++c) {
-      const bool last = c + 1 == end;
-      const int next = last ? begin : c + 1;
-      feeder->Expect(chunks.first(next), chunks.size(next), last);
-      feeder->Need(chunks.first(c), chunks.size(c));
-      f(chunks.first(c), chunks.size(c), c == begin ? Accumulate::kOverwrite : Accumulate::kAdd, &(*works)[share]);
+    Accumulate accumulate = Accumulate::kOverwrite;
+    for (const Chunk& chunk : chunks.share(share)) {
+      feeder->Need(chunk.first, chunk.size);
+      f(chunk.first, chunk.size, accumulate, &(*works)[share]);
+      accumulate = Accumulate::kAdd;
     }
   });
 }

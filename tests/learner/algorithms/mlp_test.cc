@@ -27,14 +27,14 @@ class MlpGradientTest : public testing::TestWithParam<MlpShape> {};
 constexpr int kStride = 9;
 
 // Loss = Σ c · y with random c, in two chunks of different size.
-TEST_P(MlpGradientTest, BackwardIsTheDerivative) {
+TEST_P(MlpGradientTest, LossGradientIsTheDerivative) {
   const MlpShape shape = GetParam();
   const std::vector<int> sizes{5, 6};
   const Mlp<double> mlp(shape, kStride, sizes);
   TrainedMlp<double> net(mlp, 1, 0);
   MlpTape<double> tape(shape, 6);
   const std::vector<double> x = Normals(11 * kStride, 1);
-  const std::vector<double> c = Normals((11 + 4) * shape.num_outputs, 2);
+  const std::vector<double> c = Normals(11 * shape.num_outputs, 2);
   const auto loss = [&] {
     double sum = 0;
     for (int first = 0, chunk = 1; first < 11; first += sizes[chunk--]) {
@@ -45,9 +45,11 @@ TEST_P(MlpGradientTest, BackwardIsTheDerivative) {
   };
   std::fill(net.gradient.begin(), net.gradient.end(), 7.0);  // of an earlier batch
   for (int first = 0, chunk = 1; first < 11; first += sizes[chunk--]) {
-    mlp.Forward(net.weights, &x[first * kStride], sizes[chunk], &tape);
-    mlp.Backward(net.weights, &x[first * kStride], &c[first * shape.num_outputs], sizes[chunk],
-                 first == 0 ? Accumulate::kOverwrite : Accumulate::kAdd, &tape, &net.gradient);
+    mlp.LossGradient(net.weights, &x[first * kStride], sizes[chunk],
+                     first == 0 ? Accumulate::kOverwrite : Accumulate::kAdd, &tape, &net.gradient,
+                     [&](int block, int count, const double* /*y*/, double* d_y) {
+                       std::copy_n(&c[(first + block) * shape.num_outputs], count * shape.num_outputs, d_y);
+                     });
   }
   mlp.FinishGradient(&net.gradient);
   ExpectGradient({net.weights.values.data(), net.weights.values.size()}, net.finished_gradient(), loss,

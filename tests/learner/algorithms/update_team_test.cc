@@ -44,24 +44,50 @@ struct Seen {
 /// Writes down which chunks members asked for, by their first sample.
 class RecordingFeeder final : public BatchFeeder {
  public:
-  void Expect(int first, int /*count*/, bool of_next_batch) override {
-    const std::lock_guard lock(mutex_);
-    (of_next_batch ? expected_next : expected).push_back(first);
-  }
   void Need(int first, int /*count*/) override {
     const std::lock_guard lock(mutex_);
     needed.push_back(first);
   }
 
-  std::vector<int> needed, expected, expected_next;
+  std::vector<int> needed;
 
  private:
   std::mutex mutex_;
 };
 
+/// The first samples of all chunks, share by share.
+std::vector<int> Firsts(const Chunks& chunks) {
+  std::vector<int> firsts;
+  for (int share = 0; share < chunks.num_shares(); ++share) {
+    for (const Chunk& chunk : chunks.share(share)) firsts.push_back(chunk.first);
+  }
+  return firsts;
+}
+
+TEST(ChunksTest, CoverTheBatchInOrder) {
+  for (int batch_size : {1, 100, 255, 257, 1000, 1024, 5000}) {
+    for (int shares : {1, 2, 3, 8}) {
+      const Chunks chunks(batch_size, shares, 5000);
+      EXPECT_LE(chunks.num_shares(), shares);
+      int end = 0;
+      for (int share = 0; share < chunks.num_shares(); ++share) {
+        EXPECT_FALSE(chunks.share(share).empty());
+        for (const Chunk& chunk : chunks.share(share)) {
+          EXPECT_EQ(chunk.first, end);
+          EXPECT_GT(chunk.size, 0);
+          const std::vector<int> sizes = chunks.sizes();
+          EXPECT_TRUE(std::binary_search(sizes.begin(), sizes.end(), chunk.size));
+          end += chunk.size;
+        }
+      }
+      EXPECT_EQ(end, batch_size);
+    }
+  }
+}
+
 TEST(ForChunksTest, MembersShareTheChunksInOrder) {
   for (int threads : {1, 2, 3}) {
-    const Chunks chunks(1000, 64, threads, 5000);
+    const Chunks chunks(1000, threads, 5000);
     UpdateTeam team(threads);
     std::vector<Seen> seen(threads);
     BatchFeeder feeder;
@@ -74,37 +100,32 @@ TEST(ForChunksTest, MembersShareTheChunksInOrder) {
       EXPECT_EQ(member.starts, 1);
       all.insert(all.end(), member.firsts.begin(), member.firsts.end());
     }
-    ASSERT_EQ(static_cast<int>(all.size()), chunks.count());
-    for (int c = 0; c < chunks.count(); ++c) EXPECT_EQ(all[c], chunks.first(c));
+    EXPECT_EQ(all, Firsts(chunks));
   }
 }
 
-TEST(ForChunksTest, TheCallerTakesWhatItComputesWhileTheOthersWakeUp) {
-  const auto callers = [](int batch_size, int width, int threads, size_t parameters) {
-    const Chunks chunks(batch_size, width, threads, parameters);
-    return std::pair(chunks.share_begin(1), chunks.count());
+TEST(ChunksTest, TheCallerTakesWhatItComputesWhileTheOthersWakeUp) {
+  const auto callers = [](int batch_size, int shares, size_t parameters) {
+    int samples = 0;
+    const Chunks chunks(batch_size, shares, parameters);
+    for (const Chunk& chunk : chunks.share(0)) samples += chunk.size;
+    return samples;
   };
-  EXPECT_EQ(callers(1024, 64, 1, 5377), std::pair(8, 8));
-  EXPECT_EQ(callers(1024, 64, 2, 5377), std::pair(9, 16));
-  EXPECT_EQ(callers(256, 64, 2, 5377), std::pair(3, 4));
-  EXPECT_EQ(callers(256, 256, 2, 70657), std::pair(4, 8));  // a chunk takes longer than waking up
-  EXPECT_EQ(callers(64, 64, 2, 5377), std::pair(1, 1));     // too little to share
+  EXPECT_EQ(callers(1024, 1, 5377), 1024);
+  EXPECT_EQ(callers(1024, 2, 5377), 544);
+  EXPECT_EQ(callers(256, 2, 5377), 160);
+  EXPECT_EQ(callers(256, 2, 70657), 132);  // waking up is worth few samples
+  EXPECT_EQ(callers(64, 2, 5377), 64);     // too little to share
 }
 
-TEST(ForChunksTest, AsksForEveryChunkOnceAndAnnouncesTheFollowingOne) {
+TEST(ForChunksTest, AsksForEveryChunkOnce) {
   for (int threads : {1, 2, 3}) {
-    const Chunks chunks(1000, 64, threads, 5000);
+    const Chunks chunks(1000, threads, 5000);
     UpdateTeam team(threads);
     std::vector<Seen> seen(threads);
     RecordingFeeder feeder;
     ForChunks(&team, chunks, &feeder, &seen, [](int, int, Accumulate, Seen*) {});
-    std::vector<int> all, starts, rest;
-    for (int c = 0; c < chunks.count(); ++c) all.push_back(chunks.first(c));
-    for (int t = 0; t < threads; ++t) starts.push_back(chunks.first(chunks.share_begin(t)));
-    std::set_difference(all.begin(), all.end(), starts.begin(), starts.end(), std::back_inserter(rest));
-    EXPECT_THAT(feeder.needed, testing::UnorderedElementsAreArray(all));
-    EXPECT_THAT(feeder.expected, testing::UnorderedElementsAreArray(rest));
-    EXPECT_THAT(feeder.expected_next, testing::UnorderedElementsAreArray(starts));
+    EXPECT_THAT(feeder.needed, testing::UnorderedElementsAreArray(Firsts(chunks)));
   }
 }
 
