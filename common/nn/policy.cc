@@ -6,6 +6,7 @@
 #include "common/core/check.h"
 #include "common/nn/aligned_buffer.h"
 #include "common/nn/column_gemm.h"
+#include "common/nn/full_width.h"
 #include "common/nn/kernels.h"
 #include "common/nn/layers.h"
 #include "common/nn/vector_math.h"
@@ -87,26 +88,36 @@ struct Policy::Workspace {
   /// Output of the last layer, [output_size × n].
   const float* Forward(const float* observations, int n) {
     const float* x = observations;
-    for (size_t l = 0; l + 1 < layers.size(); ++l) x = HiddenLayer(layers[l], x, n, activations[l].data());
+    for (size_t l = 0; l + 1 < layers.size(); ++l) {
+      float* h = activations[l].data();
+      layers[l].product(parameters.data() + layers[l].weights, x, n, h);
+      if (!fused_head() || l + 2 < layers.size()) Activate(layers[l], n, h);
+      x = h;
+    }
     return Head(x, n, activations.back().data());
   }
 
-  const float* HiddenLayer(const Layer& layer, const float* x, int n, float* h) const {
+  /// Few outputs without LayerNorm below them share the pass of the last activation.
+  bool fused_head() const { return layers.size() > 1 && layers.back().out < kNarrow && !layer_norm; }
+
+  void Activate(const Layer& layer, int n, float* h) const {
     const float* p = parameters.data();
-    layer.product(p + layer.weights, x, n, h);
     if (layer_norm) {
       layers::Normalize<float>(p + layer.bias, layer.out, n, h, nullptr);
       layers::GainRelu(p + layer.gain, p + layer.offset, layer.out, n, h, h);
     } else {
       layers::BiasRelu(p + layer.bias, layer.out, n, h);
     }
-    return h;
   }
 
-  const float* Head(const float* x, int n, float* y) const {
+  const float* Head(const float* x, int n, float* y) {
     const Layer& head = layers.back();
     const float* p = parameters.data();
-    if (head.out < kNarrow) {
+    if (fused_head()) {
+      const size_t last = layers.size() - 2;
+      kernels::Best().bias_relu_product(p + layers[last].bias, head_transposed.data(), p + head.bias, head.in, head.out,
+                                        n, false, activations[last].data(), y);
+    } else if (head.out < kNarrow) {
       layers::NarrowProduct(head_transposed.data(), p + head.bias, x, head.in, head.out, n, y);
     } else {
       head.product(p + head.weights, x, n, y);
@@ -162,7 +173,10 @@ void Policy::Act(const float* observations, int n, float* actions) {
     const float* y = workspace_->Forward(observations + static_cast<size_t>(first) * shape_.observation_size, columns);
     float* a = actions + static_cast<size_t>(first) * size;
     CopyRows(y, shape_.output_size(), 0, size, columns, a);
-    for (int i = 0; i < columns * size; ++i) a[i] = math::Tanh(a[i]);
+    const int count = columns * size;
+    AtFullWidth([=]() CAIRN_INLINE_LOOP {
+      for (int i = 0; i < count; ++i) a[i] = math::Tanh(a[i]);
+    });
   }
 }
 
@@ -178,13 +192,17 @@ void Policy::Explore(const float* observations, int n, const float* noise, float
     const float* y = workspace_->Forward(observations + static_cast<size_t>(first) * shape_.observation_size, columns);
     float* a = actions + static_cast<size_t>(first) * size;
     const float* normal = noise + static_cast<size_t>(first) * size;
-    float* std = workspace_->std.data();
+    float* const std = workspace_->std.data();
     CopyRows(y, shape_.output_size(), 0, size, columns, a);
     CopyRows(y, shape_.output_size(), size, size, columns, std);
-    for (int i = 0; i < columns * size; ++i) {
-      const float log_std = std::min(std::max(std[i], kMinLogStd), kMaxLogStd);
-      a[i] = math::Tanh(math::Fma(math::Exp(log_std), normal[i], a[i]));
-    }
+    const int count = columns * size;
+    AtFullWidth([=]() CAIRN_INLINE_LOOP {
+      for (int i = 0; i < count; ++i) {
+        const float above = std[i] < kMinLogStd ? kMinLogStd : std[i];
+        const float log_std = kMaxLogStd < above ? kMaxLogStd : above;
+        a[i] = math::Tanh(math::Fma(math::Exp(log_std), normal[i], a[i]));
+      }
+    });
   }
 }
 

@@ -87,8 +87,7 @@ await "lcm-spy's window" has_window "LCM Spy"
 spy_window=$(window "LCM Spy")
 types=$(find "$source_dir/lcmtypes" -name '*.lcm' | wc -l)
 await "lcm-spy to find our $types types" grep -q "Found $types LCM types" "$work/spy.log"
-
-grep -q "RunPlugin" "$work/spy.log" || fail "lcm-spy did not find the plug-in"
+await "lcm-spy to find the plug-in" grep -q "RunPlugin" "$work/spy.log"
 
 xdotool windowsize "$spy_window" 900 150
 await "an actor's decoded view" open_window CAIRN_ACTOR_0000
