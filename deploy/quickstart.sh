@@ -39,7 +39,12 @@ step "Testing the policy"
 "$cairn" eval "$run_dir" --svg "$run_dir/paths.svg"
 
 step "Done"
-echo "consumption:  $(summary consumption_env_steps) env steps, $(summary consumption_wall_s) s after launch"
+if [[ $(summary consumption_env_steps) =~ ^[0-9]+$ ]]; then
+  LC_ALL=C printf 'consumption:  %d env steps, %.1f s after launch\n' \
+    "$(summary consumption_env_steps)" "$(summary consumption_wall_s)"
+else
+  echo "consumption:  never"
+fi
 echo "success rate: $(summary success_rate) of $(summary trials) test starts"
 echo "roadmap:      $run_dir/roadmap.svg"
 echo "paths:        $run_dir/paths.svg"

@@ -105,6 +105,26 @@ TEST(MlpTest, ForwardAgreesWithPolicyInference) {
   }
 }
 
+// Across blocks, which share the room for activations that are not kept.
+TEST(MlpTest, ValueHasTheBitsOfForwardWhateverStandsBesideASample) {
+  for (const MlpShape& shape : {MlpShape{9, {64, 64}, 1, false}, MlpShape{9, {40, 24}, 3, false},
+                                MlpShape{9, {64, 24}, 2, true}, MlpShape{9, {32}, 20, false}}) {
+    const int n = 203;
+    const Mlp<float> mlp(shape, kStride, {1, n});
+    const TrainedMlp<float> net(mlp, 4, 0);
+    MlpTape<float> tape(shape, n), other(shape, n);
+    const std::vector<double> normals = Normals(n * kStride, 5);
+    const std::vector<float> x(normals.begin(), normals.end());
+    const float* y = mlp.Forward(net.weights, x.data(), n, &tape);
+    const size_t size = shape.num_outputs * sizeof(float);
+    EXPECT_EQ(std::memcmp(y, mlp.Value(net.weights, x.data(), n, &other), n * size), 0);
+    for (int j = 0; j < n; ++j) {
+      const float* alone = mlp.Value(net.weights, x.data() + j * kStride, 1, &other);
+      ASSERT_EQ(std::memcmp(y + j * shape.num_outputs, alone, size), 0) << "sample " << j;
+    }
+  }
+}
+
 TEST(TrainedMlpTest, StartsUniformWithinPyTorchsBound) {
   const MlpShape shape{16, {64}, 4, false};
   const Mlp<float> mlp(shape, 16, {8});
