@@ -94,11 +94,16 @@ void EvaluationSchedule::OnConsumption(const EvaluationReport& report, const Eva
   } else if (solved) {
     consumption_env_steps_ = report.request.env_steps;
     consumption_wall_s_ = run_seconds_();
+    best_.reset();  // it had solved some only
+    best_score_ = {-1, 0};
   }
+  const int64_t check = report.request.tag;
+  // Not the first check: most of its starts may still time out, and that takes long.
+  const bool promising = consumption_env_steps_ < 0 && check > 0 && 2 * summary.successes >= summary.trials;
   const auto policy = pending_.find(report.request.version);
   if (policy == pending_.end()) return;
-  if (solved && report.request.tag % config_.validation_every == 0) {
-    Ask(StartSet::kValidation, config_.validation_starts, PolicySnapshot(policy->second), report.request.tag);
+  if ((solved || promising) && check % config_.validation_every == 0) {
+    Ask(StartSet::kValidation, config_.validation_starts, PolicySnapshot(policy->second), check);
   } else {
     pending_.erase(policy);
   }
@@ -109,7 +114,8 @@ void EvaluationSchedule::OnValidation(const EvaluationReport& report, const Eval
   const auto policy = pending_.find(report.request.version);
   if (policy == pending_.end()) return;
   const std::pair<double, double> score{summary.success_rate, -summary.mean_time_to_goal};
-  if (score >= best_score_) {
+  const bool overtaken = report.request.env_steps < consumption_env_steps_;
+  if (!overtaken && score >= best_score_) {
     best_score_ = score;
     best_ = std::move(policy->second);
   }

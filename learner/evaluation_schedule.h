@@ -18,7 +18,8 @@ namespace cairn::learner {
 
 /// Decides what is evaluated when (DESIGN 17–18): every interval_env_steps the consumption starts; after every
 /// validation_every-th check that solved all of them, the validation starts, which choose the best policy; the test
-/// starts once, at the end. It never influences training, so training does not wait for it.
+/// starts once, at the end. As long as no check has solved all of them, one that solved half is enough; what that has
+/// chosen goes when the first one does. It never influences training, so training does not wait for it.
 class EvaluationSchedule {
  public:
   /// `run_seconds` gives the wall time since launch [s]. `on_report` hears of every finished evaluation.

@@ -72,6 +72,52 @@ TEST_F(EvaluationScheduleTest, ValidatesOnlySolvedChecksAndOnlyEveryFewOfThem) {
   EXPECT_THAT(evaluator_.Versions(StartSet::kValidation), ElementsAre(100, 500, 700)) << "checks 0, 2, 4, 6; 2 failed";
 }
 
+TEST_F(EvaluationScheduleTest, WithoutASolvedCheckThoseThatSolvedHalfAreValidated) {
+  evaluator_.successes = [](const EvaluationRequest& r) {
+    return r.set == StartSet::kConsumption ? (r.version == 700 ? 4 : 5) : r.version == 300 ? 40 : 39;
+  };
+  EvaluationSchedule schedule = Make();
+  for (int64_t steps = 100; steps <= 700; steps += 100) VisitAt(&schedule, steps);
+  EXPECT_THAT(evaluator_.Versions(StartSet::kValidation), ElementsAre(300, 500)) << "not check 0; 6 solved too few";
+  ASSERT_TRUE(schedule.Test({750, 750, {7.5f}}));
+  EXPECT_THAT(evaluator_.Versions(StartSet::kValidation), ElementsAre(300, 500, 750));
+  EXPECT_THAT(evaluator_.Versions(StartSet::kTest), ElementsAre(300));
+}
+
+TEST_F(EvaluationScheduleTest, TheFirstSolvedCheckGoesBeforeWhatSolvedSome) {
+  evaluator_.successes = [](const EvaluationRequest& r) {
+    return r.set == StartSet::kConsumption ? (r.version < 400 ? 9 : 10) : r.version == 300 ? 50 : 40;
+  };
+  EvaluationSchedule schedule = Make();
+  for (int64_t steps = 100; steps <= 300; steps += 100) VisitAt(&schedule, steps);
+  ASSERT_TRUE(schedule.best());
+  EXPECT_EQ(schedule.best()->version, 300);
+  VisitAt(&schedule, 400);
+  EXPECT_FALSE(schedule.best());
+  VisitAt(&schedule, 500);
+  ASSERT_TRUE(schedule.best());
+  EXPECT_EQ(schedule.best()->version, 500);
+}
+
+// Whichever answer comes first.
+TEST_F(EvaluationScheduleTest, AValidationThatComesAfterTheFirstSolvedCheckIsOvertaken) {
+  evaluator_.successes = [](const EvaluationRequest& r) { return r.version < 400 ? 9 : 1000; };
+  EvaluationSchedule schedule = Make();
+  VisitAt(&schedule, 100);
+  VisitAt(&schedule, 200);
+  evaluator_.answering = false;
+  VisitAt(&schedule, 300);
+  EvaluationState state = schedule.State();
+  ASSERT_EQ(state.asked.size(), 1u);
+  state.asked.front().request.set = StartSet::kValidation;
+  state.consumption_env_steps = 400;
+  evaluator_.answering = true;
+  EvaluationSchedule second = Make();
+  second.Restore(state);
+  second.Receive(true);
+  EXPECT_FALSE(second.best());
+}
+
 TEST_F(EvaluationScheduleTest, TestsTheBestValidatedPolicyOnce) {
   evaluator_.successes = [](const EvaluationRequest& r) {
     return r.set != StartSet::kValidation ? 1000 : r.version == 300 ? 50 : 49;
