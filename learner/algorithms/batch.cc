@@ -35,11 +35,9 @@ std::vector<Chunk> Cut(int first, int count) {
 
 // Samples of the caller's share, so that all end at the same time.
 int FirstShare(int batch_size, int shares, size_t parameters) {
-  const int others = shares - 1;
-  if (others == 0) return batch_size;
+  if (shares == 1) return batch_size;
   const double wake_up = kWakeUpSeconds / (kSecondsPerParameter * static_cast<double>(std::max<size_t>(parameters, 1)));
-  const double first = (batch_size + others * wake_up) / shares;
-  if (batch_size - first < others * kMinShare) return batch_size;
+  const double first = (batch_size + (shares - 1) * wake_up) / shares;
   return static_cast<int>(std::ceil(first / kShareStep)) * kShareStep;
 }
 
@@ -47,14 +45,14 @@ int FirstShare(int batch_size, int shares, size_t parameters) {
 
 Chunks::Chunks(int batch_size, int shares, size_t parameters) {
   CAIRN_CHECK(batch_size > 0 && shares > 0);
-  const int others = shares - 1;
-  const int first_share = FirstShare(batch_size, shares, parameters);
-  shares_.push_back(Cut(0, first_share));
-  if (first_share == batch_size) return;
-  for (int share = 0, first = first_share; share < others; ++share) {
-    const int end = first_share + (batch_size - first_share) * (share + 1) / others;
-    shares_.push_back(Cut(first, end - first));
-    first = end;
+  const auto rest = [&] { return batch_size - FirstShare(batch_size, shares, parameters); };
+  while (shares > 1 && rest() < (shares - 1) * kMinShare) --shares;
+  int first = batch_size - rest();
+  shares_.push_back(Cut(0, first));
+  for (int left = shares - 1; left > 0; --left) {
+    const int size = (batch_size - first) / left;
+    shares_.push_back(Cut(first, size));
+    first += size;
   }
 }
 

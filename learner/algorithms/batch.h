@@ -23,7 +23,7 @@ class Chunks {
   /// those of a critic, tell how long a sample takes.
   explicit Chunks(int batch_size, int shares = 1, size_t parameters = 0);
 
-  /// At most as many as were asked for: only one if waking up others takes longer than what they would do.
+  /// At most as many as were asked for: fewer where shares would be too small for waking up another thread.
   int num_shares() const { return static_cast<int>(shares_.size()); }
   /// In ascending order, of nearly equal size.
   std::span<const Chunk> share(int share) const { return shares_[share]; }

@@ -118,8 +118,9 @@ void Td3<Scalar>::SmoothedTargetAction(Batch<Scalar>* batch, int first, int n, W
     const Scalar* action = work->action.data() + a;
     const Scalar* noise = work->noise.data() + static_cast<size_t>(a) * work->stride;
     Scalar* to = batch->next_action(first) + a;
-    for (int j = 0; j < n; ++j, action += action_size_, to += batch->stride())
+    for (int j = 0; j < n; ++j, action += action_size_, to += batch->stride()) {
       *to = Clip(*action + noise[j], Scalar{1});
+    }
   }
 }
 

@@ -116,6 +116,8 @@ TEST(ChunksTest, TheCallerTakesWhatItComputesWhileTheOthersWakeUp) {
   EXPECT_EQ(callers(256, 2, 5377), 160);
   EXPECT_EQ(callers(256, 2, 70657), 132);  // waking up is worth few samples
   EXPECT_EQ(callers(64, 2, 5377), 64);     // too little to share
+  EXPECT_EQ(Chunks(1024, 8, 5377).num_shares(), 8);
+  EXPECT_EQ(Chunks(256, 8, 5377).num_shares(), 6) << "not all or none";
 }
 
 TEST(ForChunksTest, AsksForEveryChunkOnce) {
