@@ -115,7 +115,7 @@ void KillOneActor(const std::string& schedule, const std::filesystem::path& run,
                   const std::filesystem::path& audit) {
   Program train(
       "cairn",
-      SmallRun(run, 60000,
+      SmallRun(run, 150000,
                {"--actors", "2", "--set", "schedule=" + schedule, "--set", "evaluation.interval_env_steps=20000"}),
       log, {{"CAIRN_AUDIT_DIR", audit.string()}});
   ASSERT_TRUE(WaitForTraining(run, train)) << ReadFile(log);
@@ -125,10 +125,10 @@ void KillOneActor(const std::string& schedule, const std::filesystem::path& run,
   EXPECT_EQ(train.Wait(), 0) << ReadFile(log);
   const nlohmann::json summary = ReadJson(run / "summary.json");
   EXPECT_EQ(summary["completed"], true);
-  EXPECT_EQ(summary["env_steps"], 60000);
+  EXPECT_EQ(summary["env_steps"], 150000);
   EXPECT_EQ(summary["transitions_lost"], 0);
   EXPECT_EQ(summary["deterministic"], false);
-  ExpectReplayMatchesActors(audit, 60000, true);
+  ExpectReplayMatchesActors(audit, 150000, true);
 }
 
 TEST_F(TrainTest, AKilledActorIsReplacedAndALockstepRunEndsWell) {
@@ -156,7 +156,7 @@ std::vector<std::string> ResumableRun(const std::filesystem::path& run, const st
   std::vector<std::string> arguments{"--set", "learner.checkpoint_interval_s=0.1", "--set",
                                      "evaluation.interval_env_steps=5000"};
   arguments.insert(arguments.end(), more.begin(), more.end());
-  return SmallRun(run, 40000, arguments);
+  return SmallRun(run, 80000, arguments);
 }
 
 TEST_F(TrainTest, AStoppedOrKilledLockstepRunGoesOnWithTheSameBits) {
@@ -202,8 +202,8 @@ TEST_F(TrainTest, AStoppedAsyncRunGoesOnInBalanceAndEndsExactly) {
       << "nothing is left that a resumed run would make in a burst";
   ASSERT_EQ(RunCairn({"train", "--resume", Dir("run").string(), "--quiet"}, log()), 0) << ReadFile(log());
   const nlohmann::json summary = ReadJson(Dir("run") / "summary.json");
-  EXPECT_EQ(summary["env_steps"], 40000);
-  EXPECT_EQ(summary["updates"], (40000 - 500) / 10);
+  EXPECT_EQ(summary["env_steps"], 80000);
+  EXPECT_EQ(summary["updates"], (80000 - 500) / 10);
   EXPECT_EQ(summary["transitions_lost"], 0);
 }
 
