@@ -21,7 +21,10 @@ RangeFinder::RangeFinder(const Scene& scene, const Persons* persons, const Rando
 RangeFinder::RangeFinder(const Scene& scene)
     : scene_(scene), persons_(nullptr), noise_(0), dropout_(0), random_(0, RandomPurpose::kRanges) {}
 
+RangeFinder::RangeFinder(const Scene& scene, const MeasuredScan& scan) : RangeFinder(scene) { scan_ = &scan; }
+
 double RangeFinder::TrueRange(const Vector3d& p, const Vector3d& direction, double max_range) const {
+  if (scan_ != nullptr) return scan_->Range(direction, max_range);
   const double range = scene_.world().dimension == 2
                            ? scene_.obstacles().CastRay(p.x(), p.y(), direction.x(), direction.y(), max_range)
                            : scene_.space_obstacles().CastRay(p, direction, max_range);

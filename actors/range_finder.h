@@ -1,5 +1,6 @@
 #pragma once
 
+#include "actors/measured_scan.h"
 #include "actors/persons.h"
 #include "actors/scene.h"
 #include "common/core/random.h"
@@ -19,6 +20,9 @@ class RangeFinder {
   /// Without people and noise.
   explicit RangeFinder(const Scene& scene);
 
+  /// What a real robot's sensor saw; `scan` must outlive it.
+  RangeFinder(const Scene& scene, const MeasuredScan& scan);
+
   /// Distance [m] from p along a unit vector of W to what is there, 0 to `max_range`; a lost ray gives `max_range`.
   double Range(const Vector3d& p, const Vector3d& direction, double max_range);
 
@@ -27,6 +31,7 @@ class RangeFinder {
 
   const Scene& scene_;
   const Persons* persons_;
+  const MeasuredScan* scan_ = nullptr;  // in the place of the scene
   double noise_, dropout_;
   RandomStream random_;
 };

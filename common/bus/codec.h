@@ -26,6 +26,8 @@ Bytes Encode(const TableChunk& message);
 Bytes Encode(const LearnerTelemetry& message);
 Bytes Encode(const ActorTelemetry& message);
 Bytes Encode(const PlannerTelemetry& message);
+Bytes Encode(const RobotState& message);
+Bytes Encode(const RobotCommand& message);
 
 /// Specialised for every message above.
 template <typename Message>

@@ -241,4 +241,26 @@ struct PlannerTelemetry {
   double max_cost = 0;
 };
 
+/// What a robot measures at one moment.
+struct RobotState {
+  int64_t utime = 0;
+  std::array<double, 4> pose{};      ///< x, y, z [m], yaw [rad]
+  std::array<double, 4> velocity{};  ///< forward, left, up [m/s], yaw rate [rad/s]
+  double angle_min = 0;
+  double angle_step = 0;
+  std::vector<float> ranges;
+};
+
+/// What a robot is to do now.
+struct RobotCommand {
+  enum class Mode : int8_t { kDrive = 0, kArrived = 1, kStop = 2 };
+  int64_t utime = 0;
+  int64_t state_utime = 0;
+  double valid = 0;
+  double way_to_go = -1;
+  Mode mode = Mode::kStop;
+  std::vector<double> command;
+  std::string note;
+};
+
 }  // namespace cairn

@@ -19,6 +19,8 @@
 #include "deploy/launcher/spy.h"
 #include "deploy/launcher/telemetry_status.h"
 #include "deploy/launcher/train.h"
+#include "deploy/robot/drive.h"
+#include "deploy/robot/stand_in.h"
 
 namespace cairn::deploy {
 namespace {
@@ -116,6 +118,45 @@ void AddEval(CLI::App* app, Commands* commands) {
   command->callback([options, commands] { commands->run = [options] { return Eval(*options); }; });
 }
 
+// Where the robot's messages are, and in which world it is.
+template <typename Options>
+void AddRobot(CLI::App* command, Options* options) {
+  command->add_option("run_dir", options->run_dir, "Run directory")->required();
+  command->add_option("--lcm-url", options->lcm_url,
+                      "udpm://GROUP:PORT?ttl=T (default: udpm://239.255.76.67:7667?ttl=0)");
+  command->add_option("--name", options->name, "Of the robot: its channels are NAME_STATE and NAME_COMMAND")
+      ->capture_default_str();
+  command->add_option("--map", options->place.map, "Map in the place of the run's world");
+  command->add_option("--goal", options->place.goal, "Centre of another goal region, metres in the map's frame")
+      ->type_name("X,Y");
+  AddOverrides(command, &options->overrides);
+}
+
+void AddDrive(CLI::App* app, Commands* commands) {
+  auto options = std::make_shared<DriveOptions>();
+  CLI::App* command = app->add_subcommand("drive", "Drive a robot with a run's policy");
+  AddRobot(command, options.get());
+  command->add_option("--policy", options->policy, "best or last (default: best if there is one)")
+      ->check(CLI::IsMember({"best", "last"}));
+  command->add_option("--timeout", options->timeout, "To arrive within, from the first state on [s] (default: none)")
+      ->check(CLI::PositiveNumber);
+  command->callback([options, commands] { commands->run = [options] { return Drive(*options); }; });
+}
+
+void AddStandIn(CLI::App* app, Commands* commands) {
+  auto options = std::make_shared<StandInOptions>();
+  CLI::App* command =
+      app->add_subcommand("robot", "Stand in for a robot, to try cairn drive: simulated, the same messages");
+  AddRobot(command, options.get());
+  command->add_option("--trial", options->trial, "Test start where it stands at first")
+      ->check(CLI::Range(0, 99999))
+      ->capture_default_str();
+  command->add_option("--speed", options->speed, "Simulated seconds a second; 0: as fast as commands come")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command->callback([options, commands] { commands->run = [options] { return StandIn(*options); }; });
+}
+
 void AddSpy(CLI::App* app, Commands* commands) {
   auto options = std::make_shared<SpyOptions>();
   CLI::App* command = app->add_subcommand("spy", "Watch the messages of a run with lcm-spy");
@@ -185,6 +226,8 @@ int RunCommandLine(int argc, char** argv, int64_t launch_utime_us) {
   AddTrain(&app, &commands, launch_utime_us);
   AddEval(&app, &commands);
   AddPlan(&app, &commands);
+  AddDrive(&app, &commands);
+  AddStandIn(&app, &commands);
   AddSpy(&app, &commands);
   AddDoctor(&app, &commands);
   AddLog(&app, &commands);

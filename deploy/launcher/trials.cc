@@ -52,16 +52,9 @@ struct Share {
   std::vector<actors::Trajectory> trajectories;
 };
 
-Driver MakePolicyDriver(const RunDirectory& run, const LoadedExperiment& loaded, const std::string& wanted) {
-  const std::string which = ChoosePolicy(run, wanted);
-  const auto file = std::make_shared<const PolicyFile>(LoadPolicy(run.policy_file(which)));
-  const int size = ObservationSize(loaded.experiment);
-  if (file->experiment_hash != loaded.hash || file->shape.observation_size != size) {
-    ThrowError("{}: trained with another experiment ({:016x}, {} observations) than the directory's ({:016x}, {})",
-               run.policy_file(which), file->experiment_hash, file->shape.observation_size, loaded.hash, size);
-  }
-  return {fmt::format("policy {} ({} env steps, {})", which, file->env_steps, file->shape.ToString()), file->version,
-          [file] { return std::make_unique<NetworkController>(*file); }};
+Driver MakePolicyDriver(const RunDirectory& run, const LoadedExperiment& own, const std::string& wanted) {
+  const auto policy = std::make_shared<const RunPolicy>(OpenPolicy(run, own, wanted));
+  return {policy->name, policy->file.version, [policy] { return std::make_unique<NetworkController>(policy->file); }};
 }
 
 Driver MakePurePursuitDriver(Experiment experiment) {
@@ -76,10 +69,23 @@ Driver MakePurePursuitDriver(Experiment experiment) {
 
 }  // namespace
 
+RunPolicy OpenPolicy(const RunDirectory& run, const LoadedExperiment& own, const std::string& wanted) {
+  const std::string which = ChoosePolicy(run, wanted);
+  RunPolicy policy{LoadPolicy(run.policy_file(which)), ""};
+  const PolicyFile& file = policy.file;
+  const int size = ObservationSize(own.experiment);
+  if (file.experiment_hash != own.hash || file.shape.observation_size != size) {
+    ThrowError("{}: trained with another experiment ({:016x}, {} observations) than the directory's ({:016x}, {})",
+               run.policy_file(which), file.experiment_hash, file.shape.observation_size, own.hash, size);
+  }
+  policy.name = fmt::format("policy {} ({} env steps, {})", which, file.env_steps, file.shape.ToString());
+  return policy;
+}
+
 Experiment ChangedExperiment(const RunDirectory& run, const LoadedExperiment& own, std::vector<std::string> overrides,
-                             std::optional<uint64_t> seed) {
+                             std::optional<uint64_t> seed, const PlaceArguments& place) {
   if (seed) overrides.push_back(fmt::format("seed={}", *seed));
-  Experiment changed = LoadExperiment(run.experiment_file(), overrides).experiment;
+  Experiment changed = LoadExperiment(run.experiment_file(), overrides, place).experiment;
   if (ObservationSize(changed) != ObservationSize(own.experiment) ||
       changed.vehicle.action_size() != own.experiment.vehicle.action_size()) {
     ThrowUsageError("--set {}: the policy takes {} observations and gives {} actions, and this makes {} and {}",

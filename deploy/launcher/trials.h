@@ -9,6 +9,7 @@
 #include "actors/controllers/controller.h"
 #include "actors/evaluation.h"
 #include "common/config/load.h"
+#include "common/nn/policy.h"
 #include "deploy/launcher/planned_world.h"
 #include "deploy/launcher/run_directory.h"
 
@@ -25,14 +26,23 @@ struct Driver {
 /// Episodes at the same time in one batch.
 constexpr int kMaxBatch = 32;
 
-/// The run's experiment with what was typed after --set and --seed. Throws UsageError when its policy could not drive
-/// there: other observations or actions than in `own`, as the directory has it.
+/// A policy of a run.
+struct RunPolicy {
+  PolicyFile file;
+  std::string name;  ///< for people
+};
+
+/// `wanted` is best or last; empty: the best if there is one, else the last. Throws UsageError when there is none,
+/// Error when it was trained with another experiment than `own`, the directory's.
+RunPolicy OpenPolicy(const RunDirectory& run, const LoadedExperiment& own, const std::string& wanted);
+
+/// The run's experiment with what was typed after --set, --seed and in place of its world. Throws UsageError when its
+/// policy could not drive there: other observations or actions than in `own`, as the directory has it.
 Experiment ChangedExperiment(const RunDirectory& run, const LoadedExperiment& own, std::vector<std::string> overrides,
-                             std::optional<uint64_t> seed);
+                             std::optional<uint64_t> seed, const PlaceArguments& place = {});
 
 /// `controller` pure_pursuit: the referee, on a roadmap of its own in the world of `experiment`, with room for its
-/// whole footprint. Else the run's policy: `wanted` is best or last; empty: the best if there is one, else the last.
-/// Throws UsageError when there is none, Error when it was trained with another experiment than `own`.
+/// whole footprint. Else the run's policy, as OpenPolicy has it.
 Driver MakeDriver(const std::string& controller, const RunDirectory& run, const LoadedExperiment& own,
                   const std::string& wanted, const Experiment& experiment);
 

@@ -62,6 +62,8 @@ void WriteAll(const std::filesystem::path& d) {
   Write(d, "LearnerTelemetry", LearnerTelemetry{.phase = "training"});
   Write(d, "ActorTelemetry", ActorTelemetry{.actor_id = 1});
   Write(d, "PlannerTelemetry", PlannerTelemetry{.num_vertices = 3});
+  Write(d, "RobotState", RobotState{.utime = 1, .ranges = {1, 2, 3}});
+  Write(d, "RobotCommand", RobotCommand{.command = {1, 2}, .note = "x"});
   for (const auto& [target, bytes] : MapSeeds()) Write(d, target, bytes.data(), bytes.size());
   planner::SavedRoadmap saved{PlannerConfig::Kind::kRrt, 0.03, 1, 2, {}};
   saved.roadmap.positions = {0, 0, 1, 0, 1, 1};

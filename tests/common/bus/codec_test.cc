@@ -217,6 +217,8 @@ TEST(CodecTest, EveryMessageSurvivesTruncationAndBitFlips) {
   SurvivesDamage(LearnerTelemetry{.env_steps = 3, .phase = "training"});
   SurvivesDamage(ActorTelemetry{.actor_id = 3});
   SurvivesDamage(PlannerTelemetry{.num_vertices = 3});
+  SurvivesDamage(RobotState{.utime = 3, .ranges = {1, 2}});
+  SurvivesDamage(RobotCommand{.valid = 0.3, .command = {1, 2}, .note = "x"});
 }
 
 TEST(CodecTest, ATextWithNulInsideIsRefused) {
