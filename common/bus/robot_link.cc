@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <lcm/lcm-cpp.hpp>
+#include <utility>
 
 #include "common/bus/codec.h"
 #include "common/core/check.h"
