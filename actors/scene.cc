@@ -103,7 +103,7 @@ Box Scene::DrawGoal(StartSet set, int index) const {
   RandomStream random(experiment_.world.seed, RandomPurpose::kGoal, static_cast<uint32_t>(index),
                       static_cast<uint32_t>(set));
   const double clearance = experiment_.vehicle.circumscribed_radius() * (1 + kStartMargin);
-  const Box& space = world().start_space;
+  const Box& space = world().bounds;
   Box roomiest;
   double most_room = 0;
   int found = 0;
@@ -143,14 +143,17 @@ Pose Scene::TrainingStart(int vehicle, int episode) const {
       CAIRN_CHECK(cost_starts_ != nullptr, "a start by cost-to-go needs a cost table");
       if (!cost_starts_->empty()) return DrawStart(random, world().bounds, [&] { return cost_starts_->Draw(random); });
   }
-  return DrawStartIn(random, world().start_space);
+  return DrawStartIn(random, StartSpace());
 }
 
 Pose Scene::EvaluationStart(StartSet set, int index) const {
   CAIRN_CHECK(set != StartSet::kTraining);
   RandomStream random(experiment_.world.seed, StartPurpose(set), static_cast<uint32_t>(index));
-  return DrawStartIn(random, world().start_space);
+  return DrawStartIn(random, StartSpace());
 }
+
+// Where goals lie anywhere, starts do.
+const Box& Scene::StartSpace() const { return experiment_.goals == Goals::kAny ? world().bounds : world().start_space; }
 
 Pose Scene::DrawStartIn(RandomStream& random, const Box& region) const {
   return DrawStart(random, region, [&] {

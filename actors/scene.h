@@ -98,6 +98,7 @@ class Scene {
   // The first of the points that a vehicle may start from; `region` is where they are, for the error.
   template <typename DrawPoint>
   Pose DrawStart(RandomStream& random, const Box& region, const DrawPoint& draw_point) const;
+  const Box& StartSpace() const;
   Pose DrawStartIn(RandomStream& random, const Box& region) const;
   bool TooNear(const Vector3d& p, int draw) const;
   [[noreturn]] void ThrowNoRoom(const char* what, const Box& region) const;

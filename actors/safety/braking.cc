@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "actors/command.h"
+#include "common/core/check.h"
 
 namespace cairn::actors {
 namespace {
@@ -55,7 +56,10 @@ BrakingTwin::BrakingTwin(const Experiment& experiment)
       radius_(experiment.vehicle.circumscribed_radius()),
       turn_arm_(experiment.vehicle.radius > 0 ? 0 : radius_) {
   const double declared = experiment.safety.stopping_distance;
-  if (declared > 0) stretch_ *= declared / StoppingDistance(experiment, {experiment.vehicle.max_speed, 0, 0});
+  if (declared == 0) return;
+  const double measured = StoppingDistance(experiment, {experiment.vehicle.max_speed, 0, 0});
+  CAIRN_CHECK(measured > 0, "a vehicle that stands still at once has no way to stretch");
+  stretch_ *= declared / measured;
 }
 
 void BrakingTwin::Follow(const Vehicle& vehicle, double drift) {

@@ -88,6 +88,18 @@ void CheckGoals(const Draft& draft) {
   }
 }
 
+// A vehicle without lag stands still at once in simulation: no factor makes a way of that.
+void CheckSafety(const Draft& draft) {
+  const proto::Safety& safety = draft.message.safety();
+  const proto::Vehicle& vehicle = draft.message.vehicle();
+  const bool in_plane = vehicle.kind() == proto::Vehicle::PLANE_CAR || vehicle.kind() == proto::Vehicle::HOLONOMIC ||
+                        vehicle.kind() == proto::Vehicle::ACKERMANN;
+  const bool at_once = in_plane && vehicle.lag() == 0 && vehicle.max_acceleration() == 0;
+  if (safety.filter() == proto::Safety::OFF || safety.stopping_distance() == 0 || !at_once) return;
+  ThrowUsageError("{}: the simulated vehicle stands still at once; give it {} (a way of speed times lag) above 0",
+                  draft.Show("safety.stopping_distance", safety.stopping_distance()), draft.Show("vehicle.lag", 0));
+}
+
 void CheckVehicle(const Draft& draft) {
   const proto::Vehicle& vehicle = draft.message.vehicle();
   CheckBelow<double>(draft, {"vehicle.min_speed", vehicle.min_speed()}, {"vehicle.max_speed", vehicle.max_speed()});
@@ -185,6 +197,7 @@ void CheckRules(const Draft& draft) {
   CheckWorld(draft);
   CheckGoals(draft);
   CheckVehicle(draft);
+  CheckSafety(draft);
   CheckPlanner(draft);
   CheckControlPeriod(draft);
   CheckObservation(draft);

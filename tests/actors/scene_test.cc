@@ -113,6 +113,26 @@ TEST(SceneTest, StartsByCostToGoFollowTheTableInForce) {
 }
 
 // Every quarter of the maze and every quadrant of headings gets its share of 400 starts.
+TEST(SceneTest, AnyGoalIsOnAnyFloorOfTheCube) {
+  Experiment experiment;
+  experiment.world.kind = WorldConfig::Kind::kCubeMaze;
+  experiment.world.floors = 2;
+  experiment.world.rooms = 2;
+  experiment.world.field_resolution = 0.01;
+  experiment.vehicle.kind = VehicleConfig::Kind::kQuadrotor;
+  experiment.vehicle.radius = 0.03;
+  experiment.goals = Goals::kAny;
+  const Scene scene(experiment);
+  const double middle = 0.5 * scene.world().bounds.max.z();
+  int above = 0;
+  for (int i = 0; i < 100; ++i) {
+    const Box goal = scene.DrawGoal(StartSet::kTest, i);
+    above += 0.5 * (goal.min.z() + goal.max.z()) > middle ? 1 : 0;
+  }
+  EXPECT_GT(above, 30);
+  EXPECT_LT(above, 70);
+}
+
 TEST(SceneTest, StartsAreSpreadOverFreeSpace) {
   const Scene scene{Experiment{}};
   int quarter[4] = {}, heading[4] = {};

@@ -128,6 +128,8 @@ TEST(LoadErrorTest, RulesBetweenFieldsNameBothAndTheirOrigins) {
       {"observation { heading: false velocity: false d_min: false look_ahead: false rays: false }", {"switched off"}},
       {"vehicle { scan { mount_x: 0.05 } }", {"vehicle.scan.mount_x = 0.05", "vehicle.length"}},
       {"transport { group: \"10.0.0.1\" }", {"transport.group = \"10.0.0.1\"", "multicast"}},
+      {"vehicle { kind: PLANE_CAR lag: 0 } safety { filter: ALWAYS stopping_distance: 0.1 }",
+       {"safety.stopping_distance = 0.1", "stands still at once", "vehicle.lag = 0"}},
       {"name: \"../x\"", {"name = \"../x\""}},
       {"name: \"\"", {"name = \"\""}},
       {"world { kind: BOXES }", {"world.bounds is missing"}},
