@@ -56,7 +56,9 @@ class BlobAssembler {
   // A wrong hash means that somebody sent rubbish under this name: start over.
   void Finish() {
     complete_ = ContentHash(bytes_.data(), bytes_.size()) == hash_;
-    if (!complete_) bytes_.clear();
+    if (complete_) return;
+    bytes_.clear();
+    have_.clear();
   }
 
   uint64_t hash_;

@@ -25,10 +25,6 @@ constexpr const char* kEchoChannel = "CAIRN_ECHO";
 constexpr auto kBrokerPatience = std::chrono::seconds(60);  // at the start; later without end
 constexpr auto kOutageIsNews = std::chrono::milliseconds(300);
 
-constexpr const char* kCure =
-    "check the multicast route (`ip route get 239.255.76.67`); on one host: "
-    "`sudo ip route add 224.0.0.0/4 dev lo`";
-
 const std::string& PlaneBroker(const BusConfig& config, Plane plane) {
   return plane == Plane::kTelemetry && !config.telemetry_broker.empty() ? config.telemetry_broker : config.broker;
 }
@@ -158,7 +154,7 @@ Bus::Link& Bus::link(Plane plane) {
   if (!link) {
     link = std::make_unique<Link>(this, plane);
     if (link->lcm && !link->lcm->good()) {
-      ThrowError("LCM {}: cannot join the {} plane; {}", PlaneUrl(config_, plane), PlaneName(plane), kCure);
+      ThrowError("LCM {}: cannot join the {} plane; {}", PlaneUrl(config_, plane), PlaneName(plane), kMulticastCure);
     }
   }
   return *link;
@@ -173,7 +169,8 @@ void Bus::SubscribeBytes(Plane plane, const std::string& channel,
   if (l.broker) return l.broker->Subscribe(channel);
   lcm::Subscription* subscription = l.lcm->subscribe(channel, &Link::Handler::Handle, l.handlers.back().get());
   if (subscription == nullptr) {
-    ThrowError("LCM {}: cannot receive on the {} plane; {}", PlaneUrl(config_, plane), PlaneName(plane), kCure);
+    ThrowError("LCM {}: cannot receive on the {} plane; {}", PlaneUrl(config_, plane), PlaneName(plane),
+               kMulticastCure);
   }
   subscription->setQueueCapacity(kQueueCapacity);
 }
@@ -274,7 +271,7 @@ void Bus::CheckPlane(Plane plane) {
   const std::optional<Outage> missing = outage();
   ThrowError("LCM {}: an echo of {} bytes on the {} plane did not come back within {} s; {}", PlaneUrl(config_, plane),
              payload, PlaneName(plane), patience.count(),
-             !over_broker ? kCure
+             !over_broker ? kMulticastCure
              : missing    ? missing->reason
                           : "has another subscriber of the broker stopped?");
 }

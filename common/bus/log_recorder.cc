@@ -62,7 +62,7 @@ struct LogRecorder::Source {
     }
     lcm = std::make_unique<lcm::LCM>(url);
     lcm::Subscription* all = lcm->good() ? lcm->subscribe(".*", &Source::Handle, this) : nullptr;
-    if (all == nullptr) ThrowError("LCM {}: cannot join the {} plane", url, PlaneName(p));
+    if (all == nullptr) ThrowError("LCM {}: cannot join the {} plane; {}", url, PlaneName(p), kMulticastCure);
     all->setQueueCapacity(0);  // no limit: what is slow here is written by a thread of its own
   }
 
@@ -131,11 +131,10 @@ struct LogRecorder::File {
 };
 
 LogRecorder::LogRecorder(RecordingConfig config)
-    : config_(std::move(config)),
-      wake_fd_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
-      file_(std::make_unique<File>(config_.file)) {
+    : config_(std::move(config)), wake_fd_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   CAIRN_CHECK(wake_fd_ >= 0 && !config_.planes.empty());
   for (const Plane plane : config_.planes) sources_.push_back(std::make_unique<Source>(this, plane));
+  file_ = std::make_unique<File>(config_.file);  // once the planes are joined: no empty file is left of a failure
   writer_ = std::thread([this] { Write(); });
   receiver_ = std::jthread([this](const std::stop_token& stop) { Receive(stop); });
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/bus/codec.h"
+#include "common/bus/plane.h"
 #include "common/core/check.h"
 
 namespace cairn {
@@ -76,10 +77,7 @@ RobotLink::RobotLink(const RobotAddress& address, End end) {
   CheckName(address.name);
   lcm_ = std::make_unique<Lcm>(address, end);
   if (!lcm_->lcm.good() || lcm_->lcm.subscribe(lcm_->heard, &Lcm::Handle, lcm_.get()) == nullptr) {
-    ThrowError(
-        "LCM {}: cannot join; check the multicast route (`ip route get {}`); on one host: `sudo ip route add "
-        "224.0.0.0/4 dev lo`",
-        address.url(), address.group);
+    ThrowError("LCM {}: cannot join; {}", address.url(), kMulticastCure);
   }
 }
 

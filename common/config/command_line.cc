@@ -14,6 +14,12 @@ const CLI::App* Chosen(const CLI::App* app) {
   return app;
 }
 
+// "cairn train": what is typed before --help.
+std::string FullName(const CLI::App& app) {
+  const CLI::App* parent = app.get_parent();
+  return parent == nullptr ? app.get_name() : FullName(*parent) + " " + app.get_name();
+}
+
 std::vector<std::string> OptionNames(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::Option* option : app.get_options()) {
@@ -35,7 +41,7 @@ std::vector<std::string> CommandNames(const CLI::App& app) {
   const bool option = word.size() > 1 && word[0] == '-';
   const std::string near = NearestName(word, option ? OptionNames(chosen) : CommandNames(chosen));
   ThrowUsageError("{} {}: unknown {}{}; see {} --help", chosen.get_name(), word, option ? "option" : "argument",
-                  near.empty() ? "" : ", the nearest known one is " + near, chosen.get_name());
+                  near.empty() ? "" : ", the nearest known one is " + near, FullName(chosen));
 }
 
 std::string OneLine(std::string text) {
@@ -57,8 +63,8 @@ bool ParseCommandLine(CLI::App* app, int argc, const char* const* argv) {
     // A mistyped command is reported as a missing one: the unknown word says more.
     const std::vector<std::string> extras = app->remaining(true);
     if (!extras.empty()) ThrowUnknown(*app, extras.front());
-    const std::string name = Chosen(app)->get_name();
-    ThrowUsageError("{}: {}; see {} --help", name, OneLine(error.what()), name);
+    const CLI::App& chosen = *Chosen(app);
+    ThrowUsageError("{}: {}; see {} --help", chosen.get_name(), OneLine(error.what()), FullName(chosen));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 
 #include "common/core/check.h"
 
@@ -13,14 +14,14 @@ namespace cairn {
 namespace {
 
 // 0 or the errno of what failed.
-int WriteAndSync(int fd, const std::string& text) {
+int Write(int fd, const std::string& text) {
   for (size_t at = 0; at < text.size();) {
     const ssize_t written = write(fd, text.data() + at, text.size() - at);
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) return written == 0 ? ENOSPC : errno;
     at += static_cast<size_t>(written);
   }
-  return fsync(fd) == 0 ? 0 : errno;
+  return 0;
 }
 
 // 0 or the errno of what failed.
@@ -34,13 +35,31 @@ int SyncDirectory(const std::string& path) {
   return error;
 }
 
+// A device, a pipe: nothing that another file could take the place of.
+void WriteThrough(const std::string& path, const std::string& text) {
+  const int fd = open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (fd < 0) ThrowError("cannot write {}: {}", path, std::strerror(errno));
+  const int error = Write(fd, text);
+  close(fd);
+  if (error != 0) ThrowError("cannot write {}: {}", path, std::strerror(error));
+}
+
 }  // namespace
 
-void WriteFileAtomically(const std::string& path, const std::string& text) {
+void WriteFileAtomically(const std::string& name, const std::string& text) {
+  std::error_code none;
+  if (std::filesystem::exists(name, none) && !std::filesystem::is_regular_file(name, none) &&
+      !std::filesystem::is_directory(name, none)) {
+    return WriteThrough(name, text);
+  }
+  // The file that a link leads to is replaced, not the link.
+  const bool is_link = std::filesystem::is_symlink(name, none) && std::filesystem::exists(name, none);
+  const std::string path = is_link ? std::filesystem::canonical(name).string() : name;
   const std::string beside = path + ".tmp";
   const int fd = open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (fd < 0) ThrowError("cannot write {}: {}", path, std::strerror(errno));
-  int error = WriteAndSync(fd, text);
+  int error = Write(fd, text);
+  if (error == 0 && fsync(fd) != 0) error = errno;
   if (close(fd) != 0 && error == 0) error = errno;
   if (error == 0 && std::rename(beside.c_str(), path.c_str()) != 0) error = errno;
   if (error != 0) {

@@ -145,7 +145,10 @@ Finding TtlForbidsPeer(const Subject&) {
 
 Finding CheckKey(const Subject& subject) {
   const std::string& file = subject.key_file;
-  if (!subject.transport.leaves_host()) return Ok("key", "not needed: messages stay on this host");
+  if (!subject.transport.leaves_host()) {
+    if (subject.transport.broker.empty()) return Ok("key", "not needed: messages stay on this host");
+    return Ok("key", "cairn train makes one: LCM's broker listens on all addresses of its host");
+  }
   if (subject.insecure) {
     return Warn("key", "none: whoever can send to the ports can take part in the run",
                 "--key FILE in the place of --insecure");

@@ -26,7 +26,8 @@ int64_t DiskBytes(const Experiment& experiment) {
 // The directory itself or the nearest one above it that exists.
 std::string Existing(const std::string& directory) {
   fs::path path = directory.empty() ? fs::current_path() : fs::absolute(directory).lexically_normal();
-  while (!fs::is_directory(path)) path = path.parent_path();
+  std::error_code unreadable;  // its own line says so
+  while (!fs::is_directory(path, unreadable)) path = path.parent_path();
   return path.string();
 }
 
@@ -58,6 +59,9 @@ void ReadFileAt(const DoctorOptions& options, Subject* subject) {
 void CheckUsage(const DoctorOptions& options, bool is_run) {
   const bool is_file = !options.subject.empty() && !is_run;
   if (!is_file && !options.overrides.empty()) ThrowUsageError("--set: it goes with an experiment file");
+  const PlaceArguments& place = options.place;
+  const bool placed = !(place.map.empty() && place.robot.empty() && place.goal.empty() && place.start.empty());
+  if (!is_file && placed) ThrowUsageError("--map, --robot, --goal, --start: they go with an experiment file");
   if (is_run && !options.run_dir.empty()) ThrowUsageError("--run-dir: it does not go with a run directory");
   if (!options.key.empty() && options.insecure) ThrowUsageError("--insecure: it does not go with --key");
 }
@@ -65,7 +69,8 @@ void CheckUsage(const DoctorOptions& options, bool is_run) {
 }  // namespace
 
 Subject FindSubject(const DoctorOptions& options) {
-  const bool is_run = fs::is_directory(options.subject);
+  std::error_code none;
+  const bool is_run = fs::is_directory(options.subject, none);
   CheckUsage(options, is_run);
   Subject subject;
   if (is_run) {

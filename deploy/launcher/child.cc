@@ -145,6 +145,7 @@ std::string LastErrorLine(const std::string& log_file) {
     if (!line.empty()) last = line;
     if (TellsOfError(line)) error = line;
   }
+  if (last.find(" info: ") != std::string::npos) last.clear();  // no cause of anything
   return error.empty() ? last : error;
 }
 

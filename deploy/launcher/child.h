@@ -43,7 +43,8 @@ class Child {
 /// A wait status in words: "exit code 3", "killed by SIGKILL", "crashed with SIGSEGV".
 std::string DescribeStatus(int wait_status);
 
-/// The last line of a log that tells of an error, else its last line; empty for an empty or missing log.
+/// The last line of a log that tells of an error, else its last line unless that is an info of ours; empty for an empty
+/// or missing log.
 std::string LastErrorLine(const std::string& log_file);
 
 }  // namespace cairn::deploy

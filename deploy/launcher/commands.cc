@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstring>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -57,7 +58,7 @@ void AddTrain(CLI::App* app, Commands* commands, int64_t launch_utime_us) {
   command->add_option("--resume", options->resume,
                       "Run directory of an interrupted run to go on with, instead of a file");
   command->add_option("--run-dir", options->run_dir, "Run directory (default: runs/<name>-<date>-<time>)");
-  command->add_option("--actors", options->actors, "Actor processes (default: the CPUs less one)")
+  command->add_option("--actors", options->actors, "Actor processes (default: the CPUs less one, two on two CPUs)")
       ->check(CLI::Range(1, 65536));
   command->add_option("--seed", *seed, "Seed of everything but the world");
   AddPlace(command, &options->place);
@@ -70,7 +71,7 @@ void AddTrain(CLI::App* app, Commands* commands, int64_t launch_utime_us) {
   command
       ->add_option("--max-restarts", options->max_restarts,
                    "Processes that die are started again, all together at most this often within a minute")
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Range(0, 1000000000))
       ->capture_default_str();
   command->add_flag("--quiet", options->quiet, "No status line");
   command->callback([options, seed, commands] {
@@ -99,7 +100,8 @@ void AddEval(CLI::App* app, Commands* commands) {
   command->add_option("run_dir", options->run_dir, "Run directory")->required();
   command->add_option("--trials", options->trials, "Test starts (default: evaluation.test_starts of the experiment)")
       ->check(CLI::Range(1, 100000));
-  command->add_option("--seed", options->seed, "Seed of the disturbances (default: the run's)");
+  command->add_option("--seed", options->seed, "Seed of the disturbances (default: the run's)")
+      ->check(CLI::Range(int64_t{0}, std::numeric_limits<int64_t>::max()));
   command
       ->add_option("--controller", options->controller,
                    "policy (default) or pure_pursuit; with --conditions both unless one is typed")
@@ -139,7 +141,7 @@ void AddDrive(CLI::App* app, Commands* commands) {
   command->add_option("--policy", options->policy, "best or last (default: best if there is one)")
       ->check(CLI::IsMember({"best", "last"}));
   command->add_option("--timeout", options->timeout, "To arrive within, from the first state on [s] (default: none)")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1e-3, 1e9));
   command->callback([options, commands] { commands->run = [options] { return Drive(*options); }; });
 }
 
@@ -152,7 +154,7 @@ void AddStandIn(CLI::App* app, Commands* commands) {
       ->check(CLI::Range(0, 99999))
       ->capture_default_str();
   command->add_option("--speed", options->speed, "Simulated seconds a second; 0: as fast as commands come")
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Range(0.0, 1e9))
       ->capture_default_str();
   command->callback([options, commands] { commands->run = [options] { return StandIn(*options); }; });
 }
@@ -180,7 +182,7 @@ void AddDoctor(CLI::App* app, Commands* commands) {
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
   command->add_option("--timeout", options->patience, "Of --peer: how long to wait for it [s]")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(1e-3, 1e9))
       ->capture_default_str();
   command->add_flag("--json", options->json, "Print one JSON object");
   command->callback([options, commands] { commands->run = [options] { return Doctor(*options); }; });
@@ -195,7 +197,7 @@ void AddLog(CLI::App* app, Commands* commands) {
   command->add_option("--planes", options->planes, "Which, separated by commas")->capture_default_str();
   command->add_option("--out", options->out, "File to make, for lcm-logplayer and cairn train --replay-log");
   command->add_option("--duration", options->duration_s, "Seconds after which it ends (default: with the run)")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1e-3, 1e9));
   command->callback([options, commands] { commands->run = [options] { return Record(*options); }; });
 }
 

@@ -40,6 +40,16 @@ void CheckPictures(const EvalOptions& options, const Experiment& experiment) {
   }
 }
 
+// One picture of success is all that many conditions make.
+void CheckConditions(const EvalOptions& options) {
+  const char* other = !options.html.empty()        ? "--html"
+                      : !options.q_map.empty()     ? "--q-map"
+                      : !options.score_map.empty() ? "--score-map"
+                      : options.height             ? "--height"
+                                                   : nullptr;
+  if (other != nullptr) ThrowUsageError("{}: it does not go with --conditions", other);
+}
+
 void PrintText(const EvaluationSummary& summary, const std::string& driver, const Experiment& experiment) {
   fmt::print("controller     {}\n", driver);
   fmt::print("test starts    {} {}, disturbance seed {}\n", summary.trials, TestedWorlds(experiment), experiment.seed);
@@ -108,7 +118,10 @@ void WritePage(const PlannedWorld& planned, const Experiment& experiment, const 
 int Eval(const EvalOptions& options) {
   const RunDirectory run = RunDirectory::Open(options.run_dir);
   const LoadedExperiment own = LoadExperiment(run.experiment_file());
-  if (!options.conditions.empty()) return DriveConditions(options, run, own);
+  if (!options.conditions.empty()) {
+    CheckConditions(options);
+    return DriveConditions(options, run, own);
+  }
   const Experiment experiment = ChangedExperiment(run, own, options.overrides, options.seed);
   CheckSvg(options.svg, experiment);
   CheckPictures(options, experiment);
@@ -123,6 +136,9 @@ int Eval(const EvalOptions& options) {
   const bool draws = !options.svg.empty() || !options.html.empty();
   const std::vector<EpisodeResult> results = RunTrials(scene, driver, trials, draws ? &trajectories : nullptr);
   const EvaluationSummary summary = Summarise(results);
+  const std::string controller = options.controller.empty() ? "policy" : options.controller;
+  options.json ? PrintJson(summary, controller, experiment) : PrintText(summary, driver.name, experiment);
+  std::fflush(stdout);  // whatever becomes of the pictures
   const std::string title = experiment.name + ": " + driver.name, subtitle = ToString(summary);
   if (!options.svg.empty()) {
     WritePicture(planned, title, subtitle, ToPicture(trajectories, results), options.svg);
@@ -138,8 +154,6 @@ int Eval(const EvalOptions& options) {
     evaluation.max_batch = kMaxBatch;
     WriteScoreMap(met, *driver.make(), evaluation, driver.name, options.height, options.score_map);
   }
-  const std::string controller = options.controller.empty() ? "policy" : options.controller;
-  options.json ? PrintJson(summary, controller, experiment) : PrintText(summary, driver.name, experiment);
   return 0;
 }
 

@@ -8,6 +8,9 @@ namespace cairn::deploy {
 RunInfo MeetRun(const std::string& run_dir) {
   if (run_dir.empty()) return {};
   RunInfo info = ReadRunInfo(RunDirectory::Open(run_dir));
+  if (!info.host.empty() && info.host != HostName()) {
+    ThrowError("{}: the run was started on {}, and this is {}; look at it there", run_dir, info.host, HostName());
+  }
   if (!IsLive(info)) ThrowError("{}: the run has ended (its launcher, process {}, is gone)", run_dir, info.pid);
   if (info.network.is_private) JoinNetworkOf(static_cast<pid_t>(info.pid));
   return info;

@@ -3,11 +3,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "common/config/lcm_url.h"
 #include "common/core/check.h"
@@ -77,6 +80,20 @@ void MakeParents(const fs::path& path, Undo* undo) {
   ThrowUsageError("--run-dir {}: it already holds a run ({}); give another directory", path, what);
 }
 
+// Whether a process runs the `cairn` command, whatever the link by which it was called; of another user's process only
+// the name is known.
+bool IsCairn(int64_t pid) {
+  std::error_code error;
+  const fs::path program = fs::read_symlink(fmt::format("/proc/{}/exe", pid), error);
+  if (!error) {
+    const std::string name = program.filename();  // "cairn (deleted)" once it was built anew
+    return name == "cairn" || name == "cairn (deleted)";
+  }
+  std::ifstream file(fmt::format("/proc/{}/comm", pid));
+  std::string name;
+  return std::getline(file, name) && name == "cairn";
+}
+
 TransportConfig TransportOf(const BusConfig& bus) {
   return {bus.group, bus.base_port, bus.ttl, bus.broker, bus.telemetry_broker};
 }
@@ -93,6 +110,7 @@ RunDirectory RunDirectory::Create(const std::string& path, const std::string& na
   RunDirectory directory(fs::absolute(path.empty() ? DefaultPath(name) : path).lexically_normal().string());
   while (directory.path_.size() > 1 && directory.path_.back() == '/') directory.path_.pop_back();
   CheckVacant(directory.path_);
+  if (IsVoid(directory.path_)) SetAside(directory.path_);
   Undo undo;
   MakeParents(directory.path_, &undo);
   // Whoever makes this one owns the run, should two start at the same moment.
@@ -115,15 +133,51 @@ RunDirectory RunDirectory::Create(const std::string& path, const std::string& na
   return directory;
 }
 
+// What ended before its first checkpoint and was refused or stopped: nothing was learnt there.
+bool RunDirectory::IsVoid(const std::string& path) {
+  const RunDirectory directory(path);
+  std::error_code none;
+  if (!fs::exists(directory.experiment_file(), none) || !fs::exists(directory.info_file(), none)) return false;
+  if (fs::exists(path + "/summary.json", none)) return false;
+  for (const auto& entry : fs::directory_iterator(path + "/checkpoints", none)) {
+    const fs::path kind = entry.path().extension();
+    if (kind == ".ckpt" || kind == ".policy") return false;
+  }
+  return !IsLive(ReadRunInfo(directory));
+}
+
+// Moves what is the run's into void-1, void-2, …; other files stay where they are.
+void RunDirectory::SetAside(const std::string& path) {
+  std::string aside;
+  for (int i = 1; aside.empty() || fs::exists(aside); ++i) aside = fmt::format("{}/void-{}", path, i);
+  fs::create_directory(aside);
+  for (const auto& entry : std::vector<fs::directory_entry>(fs::directory_iterator(path), {})) {
+    const std::string name = entry.path().filename();
+    const bool ours = std::find(std::begin(kRunFiles), std::end(kRunFiles), name) != std::end(kRunFiles) ||
+                      name == "log" || name == kMapFolder || name == kRoadmapFolder ||
+                      name.rfind("events.out.", 0) == 0;
+    if (ours) fs::rename(entry.path(), fs::path(aside) / name);
+  }
+}
+
 void RunDirectory::CheckVacant(const std::string& path) {
+  if (IsVoid(path)) return;
   for (const char* file : kRunFiles) {
-    if (fs::exists(fs::path(path) / file)) ThrowTaken(path, file);
+    std::error_code unreadable;
+    if (fs::exists(fs::path(path) / file, unreadable)) ThrowTaken(path, file);
+    if (unreadable && unreadable != std::errc::no_such_file_or_directory) {
+      ThrowError("run directory {}: {}", path, unreadable.message());
+    }
   }
 }
 
 RunDirectory RunDirectory::Open(const std::string& path) {
   RunDirectory directory(fs::absolute(path).lexically_normal().string());
-  if (!fs::is_directory(directory.path_)) ThrowUsageError("run directory {}: there is no such directory", path);
+  std::error_code unreadable;
+  if (!fs::is_directory(directory.path_, unreadable)) {
+    const bool gone = !unreadable || unreadable == std::errc::no_such_file_or_directory;
+    ThrowUsageError("run directory {}: {}", path, gone ? "there is no such directory" : unreadable.message());
+  }
   if (!fs::exists(directory.experiment_file())) {
     ThrowUsageError("run directory {}: it holds no experiment.textproto, so it is not a run", path);
   }
@@ -138,6 +192,7 @@ RunDirectory RunDirectory::Resume(const std::string& path, int64_t total_env_ste
     any = any || entry.path().extension() == ".ckpt";
   }
   if (!any) ThrowUsageError("--resume {}: checkpoints/ holds none to go on from", path);
+  CheckNotLive(directory, "--resume " + path);
   std::ifstream file(directory.path_ + "/summary.json");
   const nlohmann::json summary = nlohmann::json::parse(file, nullptr, false);
   if (summary.is_object() && summary.value("completed", false) &&
@@ -150,6 +205,12 @@ RunDirectory RunDirectory::Resume(const std::string& path, int64_t total_env_ste
   return directory;
 }
 
+void RunDirectory::CheckNotLive(const RunDirectory& directory, const std::string& what) {
+  if (!fs::exists(directory.info_file())) return;
+  const RunInfo info = ReadRunInfo(directory);
+  if (IsLive(info)) ThrowUsageError("{}: the run goes on (process {})", what, info.pid);
+}
+
 std::string HostName() {
   std::array<char, 256> name{};
   gethostname(name.data(), name.size() - 1);
@@ -158,10 +219,7 @@ std::string HostName() {
 
 bool IsLive(const RunInfo& info) {
   // The number of a process that is gone may by now belong to another one, also on another host.
-  std::ifstream file(fmt::format("/proc/{}/comm", info.pid));
-  std::string name;
-  return std::getline(file, name) && name == "cairn" &&
-         NetworkInode(static_cast<pid_t>(info.pid)) == info.network.inode;
+  return IsCairn(info.pid) && NetworkInode(static_cast<pid_t>(info.pid)) == info.network.inode;
 }
 
 std::string JoinCommand(const BusConfig& bus) {

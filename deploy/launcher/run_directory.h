@@ -15,13 +15,13 @@ namespace cairn::deploy {
 class RunDirectory {
  public:
   /// Creates `path`, or runs/<name>-<date>-<time> when it is empty, with its sub-directories and the experiment as
-  /// resolved. Other files in it are left alone. Throws UsageError when it already holds a run, Error when it cannot be
-  /// written (disk full, …); nothing half-written is left then.
-  /// `map_file` and `roadmap_file`, if not empty, are copied into map/ and roadmap/.
+  /// resolved. Other files in it are left alone; what a run left that ended before its first checkpoint goes into
+  /// void-1. Throws UsageError when it already holds a run, Error when it cannot be written (disk full, …); nothing
+  /// half-written is left then. `map_file` and `roadmap_file`, if not empty, are copied into map/ and roadmap/.
   static RunDirectory Create(const std::string& path, const std::string& name, const std::string& resolved_text,
                              const std::string& map_file = "", const std::string& roadmap_file = "");
 
-  /// Throws UsageError when `path` already holds a run.
+  /// Throws UsageError when `path` already holds a run, unless that ended before its first checkpoint.
   static void CheckVacant(const std::string& path);
 
   /// A run that was interrupted: as Open, and throws UsageError when there is no checkpoint to go on from or the run
@@ -42,6 +42,9 @@ class RunDirectory {
 
  private:
   explicit RunDirectory(std::string path) : path_(std::move(path)) {}
+  static bool IsVoid(const std::string& path);
+  static void SetAside(const std::string& path);
+  static void CheckNotLive(const RunDirectory& directory, const std::string& what);
 
   std::string path_;
 };

@@ -59,6 +59,15 @@ StatusLine::StatusLine(FILE* out, Mode mode, Duration plain_period)
 
 StatusLine::~StatusLine() { Finish(); }
 
+// A reader that goes away (`cairn train … | head`) ends the line, not the run.
+void StatusLine::Print(const std::string& text) {
+  if (mode_ == Mode::kQuiet) return;
+  const bool written = std::fputs(text.c_str(), out_) >= 0 && std::fflush(out_) == 0;
+  if (written) return;
+  mode_ = Mode::kQuiet;
+  std::clearerr(out_);
+}
+
 void StatusLine::Update(const RunStatus& status) {
   const std::string line = FormatStatus(status);
   if (mode_ == Mode::kQuiet || line == last_) return;
@@ -67,38 +76,33 @@ void StatusLine::Update(const RunStatus& status) {
   if (mode_ == Mode::kTerminal) return Rewrite(line.substr(0, static_cast<size_t>(Columns(out_)) - 1));
   if (Clock::now() < next_plain_) return;
   next_plain_ = Clock::now() + plain_period_;
-  fmt::print(out_, "{}\n", line);
-  std::fflush(out_);
+  Print(line + "\n");
   pending_ = false;
 }
 
 void StatusLine::Note(const std::string& line) {
   if (mode_ == Mode::kQuiet) return;
   Clear();
-  fmt::print(out_, "{}\n", line);
-  if (mode_ == Mode::kTerminal && !last_.empty())
-    return Rewrite(last_.substr(0, static_cast<size_t>(Columns(out_)) - 1));
-  std::fflush(out_);
+  Print(line + "\n");
+  if (mode_ == Mode::kTerminal && !last_.empty()) Rewrite(last_.substr(0, static_cast<size_t>(Columns(out_)) - 1));
 }
 
 void StatusLine::Finish() {
   if (pending_) {
     Clear();
-    fmt::print(out_, "{}\n", last_);
-    std::fflush(out_);
+    Print(last_ + "\n");
   }
   pending_ = false;
   last_.clear();  // a later note stands alone
 }
 
 void StatusLine::Rewrite(const std::string& line) {
-  fmt::print(out_, "\r\x1b[K{}", line);
-  std::fflush(out_);
+  Print("\r\x1b[K" + line);
   shown_ = true;
 }
 
 void StatusLine::Clear() {
-  if (shown_) fmt::print(out_, "\r\x1b[K");
+  if (shown_) Print("\r\x1b[K");
   shown_ = false;
 }
 

@@ -46,6 +46,7 @@ class StatusLine {
   void Finish();
 
  private:
+  void Print(const std::string& text);
   void Rewrite(const std::string& line);
   void Clear();
 

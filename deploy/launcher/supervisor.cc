@@ -20,10 +20,17 @@ namespace {
 constexpr int kUsageExitCode = 2;
 constexpr auto kLastWait = std::chrono::milliseconds(100);  // for the others, when the main process hangs
 
+// But for a signal that was ignored when this process began, as nohup ignores SIGHUP: once blocked it would come all
+// the same.
 sigset_t SupervisedSignals() {
   sigset_t signals;
   sigemptyset(&signals);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGCHLD}) sigaddset(&signals, signal);
+  sigaddset(&signals, SIGCHLD);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action {};
+    if (sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN) continue;
+    sigaddset(&signals, signal);
+  }
   return signals;
 }
 

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <memory>
 
@@ -270,6 +271,7 @@ int Train(const TrainOptions& options, const MakeStatusSource& make_status_sourc
   CheckWorld(loaded.experiment);
   if (!options.run_dir.empty()) RunDirectory::CheckVacant(options.run_dir);
   for (const auto kind : {ProcessKind::kPlanner, ProcessKind::kLearner, ProcessKind::kActor}) ProgramOf(kind);
+  std::signal(SIGPIPE, SIG_IGN);  // a reader of our lines that goes away does not end the run
   Training training(options, std::move(loaded));
   return training.Run(make_status_source);
 }

@@ -14,6 +14,7 @@
 #include "common/core/check.h"
 #include "common/core/files.h"
 #include "common/nn/policy.h"
+#include "deploy/launcher/local_tables.h"
 #include "learner/algorithms/saved_values.h"
 #include "learner/checkpoint/checkpointer.h"
 #include "planner/picture.h"
@@ -179,7 +180,7 @@ void WriteScoreMap(const std::shared_ptr<const actors::Scene>& scene, actors::Co
   });
   const int starts = static_cast<int>(cells.size());
   const std::vector<EpisodeResult> results =
-      actors::RunEpisodes(scene, StartSet::kTest, actors::AllStarts(starts), controller, evaluation);
+      actors::RunEpisodes(MakeLocalCourse(scene), StartSet::kTest, actors::AllStarts(starts), controller, evaluation);
   int successes = 0;
   for (size_t i = 0; i < results.size(); ++i) {
     const bool success = results[i].outcome == Outcome::kGoal;

@@ -121,6 +121,7 @@ TEST(BlobTest, AssemblesChunksInAnyOrderAndRefusesAWrongHash) {
   BlobAssembler fooled(hash + 1);
   for (int i = 0; i < 3; ++i) fooled.Add(chunk(hash + 1, i));
   EXPECT_FALSE(fooled.complete());
+  EXPECT_EQ(fooled.FirstGap(), std::make_pair(0, 0)) << "it asks for all again";
 }
 
 }  // namespace

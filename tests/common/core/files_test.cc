@@ -1,8 +1,11 @@
 #include "common/core/files.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -44,6 +47,23 @@ TEST_F(FilesTest, WritesAndReplacesWholeFiles) {
 TEST_F(FilesTest, LeavesNothingBesideTheFile) {
   WriteFileAtomically(directory_ / "a", "text");
   EXPECT_EQ(std::distance(fs::directory_iterator(directory_), fs::directory_iterator()), 1);
+}
+
+TEST_F(FilesTest, APipeIsWrittenToAndWhatALinkLeadsToIsReplaced) {
+  const std::string pipe = directory_ / "pipe", file = directory_ / "file", link = directory_ / "link";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const int reader = open(pipe.c_str(), O_RDWR);  // so that nobody waits
+  WriteFileAtomically(pipe, "text");
+  char text[5] = {};
+  EXPECT_EQ(read(reader, text, 4), 4);
+  close(reader);
+  EXPECT_STREQ(text, "text");
+  EXPECT_TRUE(fs::is_fifo(pipe));
+  WriteFileAtomically(file, "old");
+  fs::create_symlink(file, link);
+  WriteFileAtomically(link, "new");
+  EXPECT_TRUE(fs::is_symlink(link));
+  EXPECT_EQ(ReadFile(file), "new");
 }
 
 TEST_F(FilesTest, FailureNamesPathAndReasonAndKeepsTheOldFile) {

@@ -48,6 +48,26 @@ TEST_F(BadInputTest, CommandLine) {
   ExpectRefused({{"train", kCarMaze, "--actors", "33"}, {"--actors 33", "num_vehicles = 32"}});
   ExpectRefused({{"train", kCarMaze, "--seed", "abc"}, {"seed=abc", "whole number"}});
   ExpectRefused({{"train", "/nonexistent.textproto"}, {"/nonexistent.textproto", "No such file"}});
+  ExpectRefused({{"train", kCarMaze, "--max-restarts", "-1"}, {"-1 not in range 0 to", "see cairn train --help"}});
+  ExpectRefused({{"train", kCarMaze, "--set", "seed=1\n2"}, {"seed=1?2"}});
+  ExpectRefused({{"eval", directory_.path(), "--seed", "-1"}, {"-1 not in range 0 to"}});
+  ExpectRefused({{"doctor", "--map", "/none"}, {"they go with an experiment file"}});
+}
+
+TEST_F(BadInputTest, OutputThatCannotBeWrittenIsNoSuccess) {
+  const ProgramResult result = RunProgram({"/bin/sh", "-c", std::string(CAIRN_PROGRAM) + " --help > /dev/full"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, testing::HasSubstr("cannot write to standard output"));
+}
+
+// A learner started by hand does not begin anew over what another has learnt.
+TEST_F(BadInputTest, ALearnerOverCheckpointsWantsResume) {
+  std::filesystem::create_directories(directory_ / "run/checkpoints");
+  WriteText(directory_ / "run/checkpoints/checkpoint-1.ckpt", "");
+  const ProgramResult result =
+      RunProgram({CAIRN_PROGRAM, "learner", kCarMaze, "--run-id", "5eed", "--run-dir", directory_ / "run"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, testing::HasSubstr("it holds checkpoints of a run; --resume goes on with it"));
 }
 
 TEST_F(BadInputTest, Maps) {

@@ -151,6 +151,22 @@ TEST_F(EvalTest, ScoreMapDrivesFromEverywhere) {
   EXPECT_GT(successes, 0.95 * places);
 }
 
+TEST_F(EvalTest, ScoreMapMendsTheRoadmapAsTrialsDo) {
+  const ProgramResult result =
+      RunEval({"--controller", "pure_pursuit", "--score-map", directory_ / "score.svg", "--set", "planner.repair=RAYS",
+               "--set", "world.random_blocked_doors=3", "--set", "world.cells=4"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
+TEST_F(EvalTest, ResultsAreThereWhateverBecomesOfThePicture) {
+  const ProgramResult result = RunEval({"--controller", "pure_pursuit", "--svg", "/nonexistent/a.svg"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.out, HasSubstr("success"));
+  const ProgramResult refused = RunEval({"--conditions", "/none", "--html", directory_ / "a.html"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("--html: it does not go with --conditions"));
+}
+
 TEST_F(EvalTest, MapsNameWhatIsMissing) {
   const ProgramResult none = RunEval({"--controller", "pure_pursuit", "--q-map", directory_ / "q.svg"});
   EXPECT_EQ(none.exit_code, 2);

@@ -53,6 +53,22 @@ TEST_F(RunDirectoryTest, RunIsNeverOverwritten) {
   EXPECT_EQ(ReadText(directory_ / "run/experiment.textproto"), "seed: 1\n");
 }
 
+// A run that was stopped or refused before its first checkpoint does not bar its own command.
+TEST_F(RunDirectoryTest, WhatEndedBeforeItsFirstCheckpointGoesAside) {
+  RunInfo info;
+  info.pid = 1 << 30;  // nobody
+  WriteRunInfo(RunDirectory::Create(directory_ / "run", "car", "seed: 1\n"), info);
+  WriteText(directory_ / "run/notes", "mine");
+  RunDirectory::CheckVacant(directory_ / "run");
+  const RunDirectory run = RunDirectory::Create(directory_ / "run", "car", "seed: 2\n");
+  EXPECT_EQ(ReadText(run.experiment_file()), "seed: 2\n");
+  EXPECT_EQ(ReadText(directory_ / "run/void-1/experiment.textproto"), "seed: 1\n");
+  EXPECT_EQ(ReadText(directory_ / "run/notes"), "mine");
+  WriteRunInfo(run, info);
+  WriteText(run.path() + "/checkpoints/checkpoint-1.ckpt", "");
+  EXPECT_THROW(RunDirectory::Create(directory_ / "run", "car", ""), UsageError);
+}
+
 TEST_F(RunDirectoryTest, AMapIsCopiedOrNothingIsLeft) {
   const std::string map = directory_ / "floor.map";
   WriteText(map, "type octile\nheight 1\nwidth 1\nmap\n.\n");

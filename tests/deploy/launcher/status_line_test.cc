@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <csignal>
 
 #include "tests/deploy/launcher/test_support.h"
 
@@ -80,6 +83,22 @@ TEST_F(StatusLineTest, QuietWritesNothing) {
     line.Note("note");
   }
   EXPECT_EQ(Written(), "");
+}
+
+TEST_F(StatusLineTest, AReaderThatGoesAwayEndsTheLineAndNothingElse) {
+  std::signal(SIGPIPE, SIG_IGN);
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  FILE* out = fdopen(ends[1], "w");
+  StatusLine line(out, StatusLine::Mode::kPlain, Duration::zero());
+  line.Note("heard");
+  close(ends[0]);
+  line.Note("not heard");
+  line.Update(Halfway());
+  line.Finish();
+  EXPECT_EQ(std::ferror(out), 0);
+  std::fclose(out);
+  std::signal(SIGPIPE, SIG_DFL);
 }
 
 TEST_F(StatusLineTest, ModeFollowsTheFile) {

@@ -135,6 +135,19 @@ TEST_F(SupervisorTest, RefusedInputIsAUsageErrorAndNotTriedAgain) {
   EXPECT_THAT(end.failure, HasSubstr("vehicle too long"));
 }
 
+// As under nohup.
+TEST(SignalEventsTest, WhatWasIgnoredAtTheStartStaysIgnored) {
+  std::signal(SIGHUP, SIG_IGN);
+  {
+    SignalEvents signals;
+    raise(SIGHUP);
+    EXPECT_EQ(signals.Wait(Duration::zero()), 0);
+    raise(SIGTERM);
+    EXPECT_EQ(signals.Wait(Duration::zero()), SIGTERM);
+  }
+  std::signal(SIGHUP, SIG_DFL);
+}
+
 TEST_F(SupervisorTest, StubbornProcessIsKilledAfterTheDeadline) {
   config_.kill_after = std::chrono::milliseconds(1);
   Make();
