@@ -12,6 +12,7 @@ namespace cairn::actors {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kHere = 1e-6;  // [m] from the sensor
 
 // Number of the beam that is nearest to an angle; −1: the angle lies half a step or more outside.
 long BeamAt(double angle, double angle_min, double angle_step, size_t n) {
@@ -58,6 +59,8 @@ std::string MeasuredScan::Set(const Motion& motion, double angle_min, double ang
   if (!fault.empty()) return fault;
   cos_ = std::cos(motion.yaw);
   sin_ = std::sin(motion.yaw);
+  const double mount = vehicle_.scan.mount_x;
+  sensor_ = {motion.x + cos_ * mount, motion.y + sin_ * mount, motion.z};
   angle_min_ = angle_min;
   angle_step_ = angle_step;
   ranges_.assign(ranges.begin(), ranges.end());
@@ -74,13 +77,45 @@ size_t MeasuredScan::NearestBeam(const Vector3d& ahead) const {
   return static_cast<size_t>(nearest - beams_.begin());
 }
 
-double MeasuredScan::Range(const Vector3d& direction, double max_range) const {
-  const Vector3d ahead(cos_ * direction.x() + sin_ * direction.y(), cos_ * direction.y() - sin_ * direction.x(),
-                       direction.z());
-  const size_t beam = NearestBeam(ahead);
-  if (beam >= ranges_.size()) return max_range;
+double MeasuredScan::RangeOf(size_t beam, double none) const {
   const double range = ranges_[beam];
-  return std::isfinite(range) && range > 0 ? std::min(range, max_range) : max_range;
+  return std::isfinite(range) && range > 0 ? std::min(range, none) : none;
+}
+
+double MeasuredScan::nearest() const {
+  double nearest = vehicle_.scan.range;
+  for (size_t beam = 0; beam < ranges_.size(); ++beam) nearest = std::min(nearest, RangeOf(beam, nearest));
+  return nearest;
+}
+
+// From p, seen from the sensor in the body frame, along `ahead` to the first of the straight lines between the ends of
+// neighbouring beams. What lies behind a corner that the sensor cannot see past counts as taken.
+double MeasuredScan::ToOutline(const Vector3d& p, const Vector3d& ahead, double max_range) const {
+  const size_t n = ranges_.size();
+  const bool closed = static_cast<double>(n) * angle_step_ > kTurn - 0.5 * angle_step_;
+  const auto end = [&](size_t beam) {
+    const double angle = angle_min_ + static_cast<double>(beam) * angle_step_,
+                 range = RangeOf(beam, vehicle_.scan.range);
+    return Vector3d(range * std::cos(angle) - p.x(), range * std::sin(angle) - p.y(), 0);
+  };
+  const auto cross = [](const Vector3d& a, const Vector3d& b) { return a.x() * b.y() - a.y() * b.x(); };
+  double nearest = max_range;
+  Vector3d from = end(closed ? n - 1 : 0);
+  for (size_t beam = closed ? 0 : 1; beam < n; ++beam) {
+    const Vector3d to = end(beam), way = to - from;
+    const double turn = cross(ahead, way);  // from + s way = t ahead
+    const double t = cross(from, way) / turn, s = cross(from, ahead) / turn;
+    if (turn != 0 && t >= 0 && s >= 0 && s <= 1) nearest = std::min(nearest, t);
+    from = to;
+  }
+  return nearest;
+}
+
+double MeasuredScan::Range(const Vector3d& p, const Vector3d& direction, double max_range) const {
+  const Vector3d ahead = ToBody(direction), offset = ToBody(p - sensor_);
+  if (vehicle_.dimension() == 2 && offset.norm() > kHere) return ToOutline(offset, ahead, max_range);
+  const size_t beam = NearestBeam(ahead);
+  return beam < ranges_.size() ? RangeOf(beam, max_range) : max_range;
 }
 
 }  // namespace cairn::actors

@@ -24,7 +24,7 @@ RangeFinder::RangeFinder(const Scene& scene)
 RangeFinder::RangeFinder(const Scene& scene, const MeasuredScan& scan) : RangeFinder(scene) { scan_ = &scan; }
 
 double RangeFinder::TrueRange(const Vector3d& p, const Vector3d& direction, double max_range) const {
-  if (scan_ != nullptr) return scan_->Range(direction, max_range);
+  if (scan_ != nullptr) return scan_->Range(p, direction, max_range);
   const double range = scene_.world().dimension == 2
                            ? scene_.obstacles().CastRay(p.x(), p.y(), direction.x(), direction.y(), max_range)
                            : scene_.space_obstacles().CastRay(p, direction, max_range);

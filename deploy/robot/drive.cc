@@ -26,7 +26,8 @@ constexpr double kStands = 0.02;                       // of the top speeds
 // With goals = ANY and a typed goal D_min keeps the scale that it had in training: that of the world's own goal.
 std::shared_ptr<const actors::Scene> MakeScene(const RunDirectory& run, const LoadedExperiment& own,
                                                const DriveOptions& options) {
-  const Experiment experiment = ChangedExperiment(run, own, options.overrides, std::nullopt, options.place);
+  const Experiment experiment =
+      Pilot::ForPilot(ChangedExperiment(run, own, options.overrides, std::nullopt, options.place));
   const auto scene = MakePlannedScene(experiment, PlanWorld(experiment, experiment.planner));
   if (experiment.goals != Goals::kAny || options.place.goal.empty()) return scene;
   const Experiment home = ChangedExperiment(run, own, options.overrides, std::nullopt, {options.place.map, "", "", ""});
@@ -161,7 +162,9 @@ int Drive(const DriveOptions& options) {
       ThrowError("not there after {:.1f} s", trip.seconds());
     }
   }
-  Say(fmt::format("arrived after {:.1f} s, {:.2f} m", trip.took(), trip.length()));
+  std::string filtered;
+  if (pilot.filtered() >= 0) filtered = fmt::format("; the safety filter changed {} commands", pilot.filtered());
+  Say(fmt::format("arrived after {:.1f} s, {:.2f} m{}", trip.took(), trip.length(), filtered));
   return 0;
 }
 

@@ -65,6 +65,23 @@ Pilot::Pilot(std::shared_ptr<const actors::Scene> scene, const PolicyFile& polic
       action_(static_cast<size_t>(policy.shape.action_size)) {
   CAIRN_CHECK(policy.shape.observation_size == builder_.size() && scene_->has_table());
   policy_.SetParameters(policy.parameters);
+  const Experiment& experiment = scene_->experiment();
+  if (experiment.safety.filter == SafetyConfig::Filter::kOff) return;
+  filter_.emplace(*scene_);
+  EnvironmentConfig exact = experiment.environment;
+  exact.parameter_spread = 0;
+  twin_ = actors::MakeVehicle(experiment.vehicle, exact);
+}
+
+Experiment Pilot::ForPilot(Experiment experiment) {
+  if (experiment.safety.filter == SafetyConfig::Filter::kOff) return experiment;
+  if (experiment.vehicle.dimension() == 3) {
+    ThrowUsageError(
+        "safety.filter: a robot that flies sends {} ranges, too few for it; drive with --set safety.filter=OFF",
+        experiment.vehicle.scan.beams);
+  }
+  experiment.safety.period = experiment.environment.control_period;
+  return experiment;
 }
 
 double Pilot::validity() const { return kHeldPeriods * scene_->experiment().environment.control_period; }
@@ -86,6 +103,11 @@ std::string Pilot::Fault(const RobotState& state) const {
   if (belief_ && state.utime <= belief_->utime) {
     return fmt::format("utime is {}, not later than the last state's {}; do two robots send on this channel?",
                        state.utime, belief_->utime);
+  }
+  if (const double widest = 2 * std::numbers::pi / scene_->experiment().safety.beams;
+      filter_ && state.angle_step > widest * (1 + 1e-6)) {
+    return fmt::format("angle_step is {:.4g}; the safety filter (safety.beams = {}) wants {:.4g} rad or less",
+                       state.angle_step, scene_->experiment().safety.beams, widest);
   }
   const Vector3d p(state.pose[0], state.pose[1], scene_->world().dimension == 3 ? state.pose[2] : 0);
   if (!scene_->world().Contains(scene_->world().bounds, p)) {
@@ -128,6 +150,7 @@ RobotCommand Pilot::Act(const RobotState& state) {
     command.note = "arrived";
     return command;
   }
+  MoveTwin(state.utime);
   command.mode = RobotCommand::Mode::kDrive;
   command.way_to_go = std::isfinite(distance) ? distance : -1;
   command.command = Drive(motion, believed, distance);
@@ -144,8 +167,36 @@ std::vector<double> Pilot::Drive(const Motion& motion, const Pose& believed, flo
                        last_actions_.end());
     std::copy(action_.begin(), action_.end(), last_actions_.begin());
   }
-  const VehicleCommand command = actors::ToCommand(scene_->experiment().vehicle, action_.data());
+  VehicleCommand command = actors::ToCommand(scene_->experiment().vehicle, action_.data());
+  if (filter_) command = Filter(command, motion);
   return {command.begin(), command.begin() + static_cast<ptrdiff_t>(action_.size())};
+}
+
+// The twin goes on with its last command up to this state; after a gap in which the robot has stopped by itself it
+// stands.
+void Pilot::MoveTwin(int64_t utime) {
+  if (!filter_) return;
+  const double dt = 1e-6 * static_cast<double>(utime - twin_utime_);
+  if (twin_utime_ == 0 || dt > validity()) {
+    RandomStream exact(0, RandomPurpose::kParameters);
+    twin_->Reset({}, exact);
+    filter_->Reset();
+    twin_steps_ = 0;
+  } else {
+    const auto steps = std::lround(dt * scene_->experiment().environment.physics_rate_hz);
+    for (int64_t i = 0; i < steps; ++i) twin_->Step();
+    twin_steps_ += steps;
+  }
+  twin_utime_ = utime;
+}
+
+VehicleCommand Pilot::Filter(const VehicleCommand& command, const Motion& motion) {
+  actors::RangeFinder ranges(*scene_, scan_);
+  const double nearest = std::max(0.0, scan_.nearest() - std::abs(scene_->experiment().vehicle.scan.mount_x));
+  const VehicleCommand safe = filter_->Apply({command, *twin_, motion, nearest, twin_steps_}, ranges);
+  num_filtered_ += filter_->changed() ? 1 : 0;
+  twin_->Command(safe);
+  return safe;
 }
 
 }  // namespace cairn::deploy

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -22,23 +23,24 @@ namespace cairn::deploy {
 namespace {
 
 constexpr auto kAnswer = std::chrono::milliseconds(200);  // that a state is sent again after where no clock drives
-constexpr int kFarewell = 10;                             // states at the end for the driver to see it
+constexpr int kDenseBeams = 720;
+constexpr int kFarewell = 10;  // states at the end for the driver to see it
 
 void Say(const std::string& line) {
   fmt::print("{}\n", line);
   std::fflush(stdout);
 }
 
-std::vector<float> MeasureRanges(const actors::Environment& environment) {
-  const VehicleConfig& vehicle = environment.scene().experiment().vehicle;
+std::vector<float> MeasureRanges(const actors::Environment& environment, const ScanConfig& scan) {
   const actors::Motion& motion = environment.motion();
   const double c = std::cos(motion.yaw), s = std::sin(motion.yaw);
-  const Vector3d p(motion.x + c * vehicle.scan.mount_x, motion.y + s * vehicle.scan.mount_x, motion.z);
+  const Vector3d p(motion.x + c * scan.mount_x, motion.y + s * scan.mount_x, motion.z);
   actors::RangeFinder finder = environment.Look();
   std::vector<float> ranges;
-  for (const Vector3d& beam : actors::BeamDirections(vehicle.scan, vehicle.dimension())) {
+  const int dimension = environment.scene().experiment().vehicle.dimension();
+  for (const Vector3d& beam : actors::BeamDirections(scan, dimension)) {
     const Vector3d direction(c * beam.x() - s * beam.y(), s * beam.x() + c * beam.y(), beam.z());
-    ranges.push_back(static_cast<float>(finder.Range(p, direction, vehicle.scan.range)));
+    ranges.push_back(static_cast<float>(finder.Range(p, direction, scan.range)));
   }
   return ranges;
 }
@@ -47,8 +49,10 @@ std::vector<float> MeasureRanges(const actors::Environment& environment) {
 // says.
 class Robot {
  public:
-  Robot(std::shared_ptr<const actors::Scene> scene, const StandInOptions& options, RobotLink* link)
+  Robot(std::shared_ptr<const actors::Scene> scene, const ScanConfig& scan, const StandInOptions& options,
+        RobotLink* link)
       : environment_(actors::Scene::ForEvaluation(scene)),
+        scan_(scan),
         period_(scene->experiment().environment.control_period),
         speed_(options.speed),
         link_(*link),
@@ -63,7 +67,7 @@ class Robot {
 
   // Measures, is told, moves. It stands until the first command comes: the episode has not begun.
   void Step() {
-    link_.Send(Measure(environment_, utime_));
+    link_.Send(Measure(environment_, scan_, utime_));
     Listen();
     if (command_ && episode().outcome == Outcome::kRunning) Move();
     utime_ += static_cast<int64_t>(1e6 * period_);
@@ -113,6 +117,7 @@ class Robot {
   }
 
   actors::Environment environment_;
+  const ScanConfig scan_;
   const double period_;  // [s]
   const double speed_;
   RobotLink& link_;
@@ -138,8 +143,16 @@ int Report(const EpisodeResult& episode, const actors::Pose& pose) {
 
 }  // namespace
 
-RobotState Measure(const actors::Environment& environment, int64_t utime) {
-  const ScanConfig& scan = environment.scene().experiment().vehicle.scan;
+ScanConfig DenseScan(const Experiment& experiment) {
+  ScanConfig scan = experiment.vehicle.scan;
+  if (experiment.safety.filter == SafetyConfig::Filter::kOff || experiment.vehicle.dimension() == 3) return scan;
+  const bool circle = scan.field_of_view > 2 * std::numbers::pi - 1e-6;
+  scan.beams = circle ? std::lcm(scan.beams, experiment.safety.beams) : kDenseBeams;
+  scan.field_of_view = 2 * std::numbers::pi;
+  return scan;
+}
+
+RobotState Measure(const actors::Environment& environment, const ScanConfig& scan, int64_t utime) {
   const actors::Pose pose = environment.believed_pose();
   const actors::Motion& motion = environment.motion();
   RobotState state;
@@ -148,7 +161,7 @@ RobotState Measure(const actors::Environment& environment, int64_t utime) {
   state.velocity = {motion.vx, motion.vy, motion.vz, motion.yaw_rate};
   state.angle_min = actors::BeamAngle(scan, 0);
   state.angle_step = scan.beams > 1 ? actors::BeamAngle(scan, 1) - state.angle_min : 2 * std::numbers::pi;
-  state.ranges = MeasureRanges(environment);
+  state.ranges = MeasureRanges(environment, scan);
   return state;
 }
 
@@ -157,11 +170,13 @@ int StandIn(const StandInOptions& options) {
   const RunDirectory run = RunDirectory::Open(options.run_dir);
   const LoadedExperiment own = LoadExperiment(run.experiment_file());
   Experiment experiment = ChangedExperiment(run, own, options.overrides, std::nullopt, options.place);
-  experiment.observation.pose_filter = 0;  // the filter is the driver's
+  const ScanConfig scan = DenseScan(experiment);
+  experiment.observation.pose_filter = 0;  // the filters are the driver's
+  experiment.safety.filter = SafetyConfig::Filter::kOff;
   const auto scene = MakePlannedScene(experiment, PlanWorld(experiment, experiment.planner));
   SignalEvents signals;
   RobotLink link(address, RobotLink::End::kRobot);
-  Robot robot(scene, options, &link);
+  Robot robot(scene, scan, options, &link);
   Say(fmt::format("stands at {:.3f}, {:.3f}, {:.3f} and sends to {}; waiting for {}", robot.pose().x, robot.pose().y,
                   robot.pose().z, address.url(), link.channel()));
   int farewell = kFarewell;

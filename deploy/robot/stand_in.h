@@ -25,7 +25,10 @@ struct StandInOptions {
 /// 1 when it has touched something or run out of time, 128 + n when stopped by signal n; throws UsageError or Error.
 int StandIn(const StandInOptions& options);
 
-/// What the vehicle of an environment measures now.
-RobotState Measure(const actors::Environment& environment, int64_t utime);
+/// A scan that serves the policy's beams and, where the experiment has a safety filter for the plane, that one's rays.
+ScanConfig DenseScan(const Experiment& experiment);
+
+/// What the vehicle of an environment measures now, by such a scan.
+RobotState Measure(const actors::Environment& environment, const ScanConfig& scan, int64_t utime);
 
 }  // namespace cairn::deploy

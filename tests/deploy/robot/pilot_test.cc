@@ -8,6 +8,7 @@
 
 #include "actors/command.h"
 #include "actors/controllers/policy_controller.h"
+#include "common/core/check.h"
 #include "common/core/random.h"
 #include "deploy/robot/stand_in.h"
 #include "tests/actors/test_scene.h"
@@ -62,6 +63,7 @@ class PilotCaseTest : public ::testing::TestWithParam<Case> {};
 TEST_P(PilotCaseTest, CommandsWhatThePolicyDoesInSimulation) {
   Experiment experiment = actors::HallExperiment();
   GetParam().change(&experiment);
+  experiment = Pilot::ForPilot(experiment);
   const auto scene = actors::MakeScene(experiment);
   const PolicyFile file = RandomPolicy(experiment);
   Policy policy(file.shape, 1);
@@ -78,7 +80,7 @@ TEST_P(PilotCaseTest, CommandsWhatThePolicyDoesInSimulation) {
       controller.Act(batch, action.data());
       const actors::VehicleCommand expected = actors::ToCommand(experiment.vehicle, action.data());
       // A noisy range or pose is sent as the vehicle has it now, so that both see the same.
-      const RobotCommand command = pilot.Act(Measure(environment, step * kPeriodUs));
+      const RobotCommand command = pilot.Act(Measure(environment, DenseScan(experiment), step * kPeriodUs));
       ASSERT_EQ(command.mode, RobotCommand::Mode::kDrive) << command.note;
       EXPECT_EQ(command.state_utime, step * kPeriodUs);
       EXPECT_DOUBLE_EQ(command.valid, 0.3);
@@ -91,6 +93,62 @@ TEST_P(PilotCaseTest, CommandsWhatThePolicyDoesInSimulation) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Vehicles, PilotCaseTest, ::testing::ValuesIn(kCases),
+                         [](const auto& p) { return std::string(p.param.name); });
+
+// Collisions of episodes that a random policy drives by way of the pilot, and whether its filter had to do something.
+int Collisions(Experiment experiment, bool* filtered) {
+  experiment = Pilot::ForPilot(experiment);
+  const ScanConfig scan = DenseScan(experiment);
+  const PolicyFile file = RandomPolicy(experiment);
+  const auto scene = actors::MakeScene(experiment);
+  experiment.safety.filter = SafetyConfig::Filter::kOff;  // the vehicle has none of its own
+  actors::Environment environment(*actors::MakeScene(experiment));
+  int collisions = 0;
+  for (int start = 0; start < 25; ++start) {
+    Pilot pilot(scene, file);
+    environment.ResetEvaluation(StartSet::kTest, start, 0);
+    for (int step = 1; step < 60 && environment.episode().outcome == Outcome::kRunning; ++step) {
+      const RobotCommand command = pilot.Act(Measure(environment, scan, step * kPeriodUs));
+      EXPECT_NE(command.mode, RobotCommand::Mode::kStop) << command.note;
+      actors::VehicleCommand told{};
+      std::copy(command.command.begin(), command.command.end(), told.begin());
+      std::array<float, kMaxActionSize> action{};
+      actors::ToAction(experiment.vehicle, told, action.data());
+      environment.Step(action.data());
+    }
+    collisions += environment.episode().outcome == Outcome::kCollision ? 1 : 0;
+    *filtered = *filtered || pilot.filtered() > 0;
+  }
+  return collisions;
+}
+
+const Case kFilteredCases[] = {
+    {"PlaneCar", [](Experiment*) {}},
+    {"WheeledCar", [](Experiment* e) { e->vehicle.kind = VehicleConfig::Kind::kWheeledCar; }},
+    {"Holonomic", [](Experiment* e) { e->vehicle.kind = VehicleConfig::Kind::kHolonomic; }},
+    {"SensorAhead", [](Experiment* e) { e->vehicle.scan.mount_x = 0.02; }},
+    {"Disturbed",
+     [](Experiment* e) {
+       e->environment.speed_disturbance = 0.1;
+       e->environment.yaw_rate_disturbance = 0.2;
+     }},
+};
+
+class PilotFilterTest : public ::testing::TestWithParam<Case> {};
+
+TEST_P(PilotFilterTest, KeepsARandomPolicyOffTheWalls) {
+  Experiment experiment = actors::HallExperiment();
+  experiment.vehicle.lag = 0.05;
+  GetParam().change(&experiment);
+  bool filtered = false;
+  EXPECT_GT(Collisions(experiment, &filtered), 5);
+  EXPECT_FALSE(filtered);
+  experiment.safety.filter = SafetyConfig::Filter::kEvaluation;
+  EXPECT_EQ(Collisions(experiment, &filtered), 0);
+  EXPECT_TRUE(filtered);
+}
+
+INSTANTIATE_TEST_SUITE_P(Vehicles, PilotFilterTest, ::testing::ValuesIn(kFilteredCases),
                          [](const auto& p) { return std::string(p.param.name); });
 
 class PilotTest : public ::testing::Test {
@@ -150,6 +208,16 @@ TEST_F(PilotTest, UnsoundStatesStopItWithTheReasonAndChangeNothing) {
   }
   good = At(1.1, 0.5);
   EXPECT_EQ(pilot.Act(good).command, calm.Act(good).command);
+}
+
+TEST_F(PilotTest, TheSafetyFilterWantsADenseScanAndNoQuadrotor) {
+  experiment_.safety.filter = SafetyConfig::Filter::kAlways;
+  experiment_.safety.beams = 180;
+  Pilot pilot(actors::MakeScene(Pilot::ForPilot(experiment_)), file_);
+  EXPECT_THAT(pilot.Act(At(1, 0.5)).note,
+              HasSubstr("the safety filter (safety.beams = 180) wants 0.03491 rad or less"));
+  experiment_.vehicle.kind = VehicleConfig::Kind::kQuadrotor;
+  EXPECT_THROW(Pilot::ForPilot(experiment_), UsageError);
 }
 
 TEST_F(PilotTest, InsideAnObstacleItStandsStill) {
