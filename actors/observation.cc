@@ -85,7 +85,7 @@ float* ObservationBuilder::Velocity(const Motion& motion, float* out) const {
   const double top_speed = std::max(std::abs(vehicle_.min_speed), std::abs(vehicle_.max_speed));
   *out++ = static_cast<float>(motion.vx / top_speed);
   if (vehicle_.holonomic()) *out++ = static_cast<float>(motion.vy / top_speed);
-  *out++ = static_cast<float>(vehicle_.turns() ? motion.yaw_rate / vehicle_.max_yaw_rate : motion.vz / top_speed);
+  *out++ = static_cast<float>(vehicle_.turns() ? motion.yaw_rate / vehicle_.top_yaw_rate() : motion.vz / top_speed);
   return out;
 }
 

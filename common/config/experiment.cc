@@ -19,6 +19,11 @@ double VehicleConfig::inscribed_radius() const { return radius > 0 ? radius : 0.
 
 double VehicleConfig::circumscribed_radius() const { return radius > 0 ? radius : 0.5 * std::hypot(length, width); }
 
+double VehicleConfig::top_yaw_rate() const {
+  if (kind != Kind::kAckermann) return max_yaw_rate;
+  return std::max(std::abs(min_speed), std::abs(max_speed)) * std::tan(max_steering) / wheel_base;
+}
+
 std::array<CommandRange, kMaxActionSize> VehicleConfig::command_ranges() const {
   const CommandRange speed{min_speed, max_speed}, yaw_rate{-max_yaw_rate, max_yaw_rate};
   switch (kind) {

@@ -141,6 +141,8 @@ struct VehicleConfig {
   bool turns() const { return kind != Kind::kQuadrotor; }
   /// Number of actions, each in [−1, 1] over the range of its command.
   int action_size() const { return holonomic() ? 3 : 2; }
+  /// Fastest turn [rad/s]: max_yaw_rate, of ACKERMANN what top speed makes of the largest steering angle.
+  double top_yaw_rate() const;
   /// Limits of the commands in order (m/s, rad/s, rad); see Vehicle.Kind in experiment.proto.
   std::array<CommandRange, kMaxActionSize> command_ranges() const;
 

@@ -51,6 +51,14 @@ TEST(ObservationTest, HeadingIsCosineAndSine) {
   ExpectNear(Observe(Only(&ObservationConfig::heading), {1, 0.5, kPi / 3, 0, 0}), {0.5, std::sqrt(3) / 2});
 }
 
+TEST(ObservationTest, AnAckermannCarTurnsAsFastAsItsSteeringLetsIt) {
+  Experiment experiment = Only(&ObservationConfig::velocity);
+  experiment.vehicle.kind = VehicleConfig::Kind::kAckermann;
+  experiment.vehicle.max_steering = kPi / 4;
+  experiment.vehicle.wheel_base = 0.5;
+  ExpectNear(Observe(experiment, {1, 0.5, 0, 1, 1}), {1, 0.5});  // of 1 m/s · tan 45° / 0.5 m
+}
+
 TEST(ObservationTest, VelocitiesAreOverTheirLimits) {
   Experiment experiment = Only(&ObservationConfig::velocity);
   experiment.vehicle.max_speed = 2;
