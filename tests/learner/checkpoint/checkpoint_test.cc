@@ -136,6 +136,17 @@ TEST_F(CheckpointTest, EveryFlippedByteAndEveryLengthIsDetected) {
   EXPECT_THROW(DecodeCheckpoint(whole + "x", "x"), Error);
 }
 
+// Two GiB of memory are too much for a test: the limit is asked alone.
+TEST_F(CheckpointTest, WhatIsTooLargeToWriteIsAnErrorThatTellsTheLimit) {
+  EXPECT_NO_THROW(CheckCheckpointSize(2147483647));
+  try {
+    CheckCheckpointSize(2147483648);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("a checkpoint of 2147483648 bytes cannot be written: 2147483647 is the most"));
+  }
+}
+
 TEST_F(CheckpointTest, ErrorsNameTheFileAndTheSection) {
   std::string bytes = EncodeCheckpoint(MakeState());
   const size_t at = bytes.find("q1.adam.first");
