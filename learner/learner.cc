@@ -121,8 +121,7 @@ void Learner::Prepare() {
 
 void Learner::Restore() {
   const std::string directory = CheckpointDirectory(options_.run_dir);
-  RunState state = LoadNewestCheckpoint(directory, &replay_);
-  CheckFields(ResumeFields(experiment_), state.fields, directory);
+  RunState state = LoadNewestCheckpoint(directory, ResumeFields(experiment_), &replay_);
   if (state.git_revision != GitRevision()) {
     log::Warning("the checkpoint was written by revision {}, this is {}", state.git_revision, GitRevision());
   }

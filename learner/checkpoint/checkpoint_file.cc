@@ -298,16 +298,16 @@ RunState DecodeCheckpoint(const std::string& bytes, const std::string& path) {
   if (bytes.size() < kFrame || std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0) {
     ThrowError("checkpoint {}: cut off or not a checkpoint ({} bytes)", path, bytes.size());
   }
-  const auto format = ReadAt<uint32_t>(bytes, sizeof(kMagic));
-  if (format != kFormatVersion) {
-    ThrowError("checkpoint {}: format version {}, this program reads {}", path, format, kFormatVersion);
-  }
   const auto size = ReadAt<uint64_t>(bytes, sizeof(kMagic) + sizeof(uint32_t));
   if (size != bytes.size() - kFrame) {
     ThrowError("checkpoint {}: cut off: {} bytes, {} promised", path, bytes.size() - kFrame, size);
   }
   const uint32_t crc = Crc32c(bytes.data(), bytes.size() - sizeof(uint32_t));
   const auto stored = ReadAt<uint32_t>(bytes, bytes.size() - sizeof(uint32_t));
+  const auto format = ReadAt<uint32_t>(bytes, sizeof(kMagic));
+  if (format != kFormatVersion && crc == stored) {
+    ThrowUsageError("checkpoint {}: format version {}, this program reads {}", path, format, kFormatVersion);
+  }
   proto::Checkpoint checkpoint;
   const bool parsed = checkpoint.ParseFromArray(bytes.data() + kHeaderBytes, static_cast<int>(size));
   RunState state;

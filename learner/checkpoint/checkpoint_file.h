@@ -16,7 +16,7 @@ std::string EncodeCheckpoint(const RunState& state);
 void CheckCheckpointSize(size_t bytes);
 
 /// Reads what EncodeCheckpoint made; the replay's rows stay in their files. Throws Error naming `path` and what is
-/// wrong: cut off, damaged (and which section), another format version.
+/// wrong: cut off or damaged (and which section); UsageError when it is whole and of another format version.
 RunState DecodeCheckpoint(const std::string& bytes, const std::string& path);
 
 }  // namespace cairn::learner

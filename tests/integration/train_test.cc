@@ -229,6 +229,13 @@ TEST_F(TrainTest, WhatCannotBeResumedIsRefusedByName) {
   edit("net_arch: [64, 64]", "net_arch: [64, 32]");
   EXPECT_EQ(RunCairn({"train", "--resume", Dir("run").string(), "--quiet"}, Dir("shape.log")), 2);
   EXPECT_THAT(ReadFile(Dir("shape.log")), HasSubstr("learner.net_arch is [64, 64] there, [64, 32] here"));
+  // Nor do rows of another size; what would not fit is still there when it is taken back.
+  edit("net_arch: [64, 32]", "net_arch: [64, 64]");
+  edit("rays: true", "rays: false");
+  EXPECT_EQ(RunCairn({"train", "--resume", Dir("run").string(), "--quiet"}, Dir("rays.log")), 2);
+  EXPECT_THAT(ReadFile(Dir("rays.log")), HasSubstr("observation size is "));
+  edit("rays: false", "rays: true");
+  ASSERT_EQ(RunCairn({"train", "--resume", Dir("run").string(), "--quiet"}, log()), 0) << ReadFile(log());
 }
 
 TEST_F(TrainTest, InitFromTakesTheNetworksOfAnotherRun) {
