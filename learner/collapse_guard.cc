@@ -12,10 +12,15 @@ CollapseGuard::CollapseGuard(const Experiment& experiment, EvaluationSchedule* e
       evaluation_(evaluation),
       algorithm_(algorithm) {}
 
-void CollapseGuard::Visit(int64_t env_steps, int64_t version) {
+// What is published under a version is then what is kept and evaluated under it.
+void CollapseGuard::BeforePublish(int64_t env_steps) {
   const bool check = evaluation_->CheckDue(env_steps);
   if (waits_ && check) evaluation_->ReceiveAll();
   if ((!waits_ || check) && evaluation_->TakeCollapse()) OnCollapse(env_steps);
+}
+
+void CollapseGuard::Visit(int64_t env_steps, int64_t version) {
+  const bool check = evaluation_->CheckDue(env_steps);
   if (reverts_ && check) candidates_[version] = algorithm_->Save();
   evaluation_->Visit(env_steps, version, algorithm_->policy_parameters());
   if (evaluation_->last_solved() == consumption_starts_) warning_.clear();

@@ -17,7 +17,10 @@ class CollapseGuard {
  public:
   CollapseGuard(const Experiment& experiment, EvaluationSchedule* evaluation, Algorithm* algorithm);
 
-  /// To be called after each training phase with the policy just published.
+  /// To be called after each training phase, before its policy is published: goes back when the task is lost.
+  void BeforePublish(int64_t env_steps);
+
+  /// To be called with the policy just published, of which nothing has changed since.
   void Visit(int64_t env_steps, int64_t version);
 
   /// What is to be said of a collapse; empty: nothing.

@@ -184,8 +184,7 @@ void Learner::RunLockstep() {
     if (!round) return;
     Insert(*round);
     Train(kNoLimit);
-    Publish();
-    collapse_guard_.Visit(env_steps_, updates_);
+    PublishAndEvaluate();
     if (!round->vehicles.empty()) {
       saving_ = false;
       SaveRound(&*round);
@@ -234,17 +233,15 @@ void Learner::RunAsync() {
     if (coordinator_.stopped()) return;
     Train(kAsyncUpdatesPerTurn);
     if (Clock::now() - published > coordinator_.publish_interval()) {
-      Publish();
+      PublishAndEvaluate();
       published = Clock::now();
-      collapse_guard_.Visit(env_steps_, updates_);
       NoteDurable();
       if (CheckpointDue()) SettleAndSave();
       report_.Visit(Counters("training"), algorithm_.get());
     }
   }
   Train(kNoLimit);
-  Publish();
-  collapse_guard_.Visit(env_steps_, updates_);
+  PublishAndEvaluate();
   SettleAndSave();
 }
 
@@ -267,17 +264,15 @@ void Learner::RunFromLog() {
     Insert(*next);
     Train(kNoLimit);
     if (evaluation_.CheckDue(env_steps_) || Clock::now() - published > kLogVisit) {
-      Publish();
+      PublishAndEvaluate();
       published = Clock::now();
-      collapse_guard_.Visit(env_steps_, updates_);
       report_.Visit(Counters("training"), algorithm_.get());
     }
   }
   if (stop_requested_) return coordinator_.Stop();
   log_ended_ = true;
   granted_ = env_steps_;
-  Publish();
-  collapse_guard_.Visit(env_steps_, updates_);
+  PublishAndEvaluate();
   const std::string trouble = log_->counters().Trouble();
   log::Info("--replay-log {}: {} transitions of {} messages{}{}", options_.replay_log, env_steps_,
             log_->counters().messages, trouble.empty() ? "" : "; ", trouble);
@@ -398,6 +393,12 @@ int64_t Learner::RolledBack() const {
 }
 
 void Learner::Publish() { coordinator_.PublishPolicy(updates_, algorithm_->policy_parameters()); }
+
+void Learner::PublishAndEvaluate() {
+  collapse_guard_.BeforePublish(env_steps_);
+  Publish();
+  collapse_guard_.Visit(env_steps_, updates_);
+}
 
 PolicySnapshot Learner::Snapshot() const {
   const std::span<const float> parameters = algorithm_->policy_parameters();

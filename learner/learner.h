@@ -67,6 +67,7 @@ class Learner {
   int64_t UpdatesDue() const;
   int64_t RolledBack() const;
   void Publish();
+  void PublishAndEvaluate();
   void FinishRun();
   void SettleAndSave();
   bool CheckpointDue() const;

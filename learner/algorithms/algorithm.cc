@@ -127,7 +127,10 @@ class OffPolicy final : public Algorithm {
   }
 
   void Load(const std::vector<StateArray>& state) override { LoadArrays(state, false); }
-  void LoadNetworks(const std::vector<StateArray>& state) override { LoadArrays(state, true); }
+  void LoadNetworks(const std::vector<StateArray>& state) override {
+    LoadArrays(state, true);
+    method_.ResetOptimizers();
+  }
 
   uint32_t WeightsCrc32c() const override {
     uint32_t crc = 0;

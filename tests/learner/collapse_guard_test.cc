@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "tests/learner/fake_evaluator.h"
 
 namespace cairn::learner {
@@ -40,6 +42,8 @@ struct TrainingRun {
   void VisitAt(std::initializer_list<int64_t> env_steps) {
     for (const int64_t steps : env_steps) {
       if (steps % 100 == 0) algorithm.Learn();
+      guard.BeforePublish(steps);
+      published[steps / 100] = parameter();
       guard.Visit(steps, steps / 100);
     }
   }
@@ -48,6 +52,7 @@ struct TrainingRun {
   FakeAlgorithm algorithm;
   EvaluationSchedule evaluation;
   CollapseGuard guard;
+  std::map<int64_t, float> published;  // by version
 };
 
 class CollapseGuardTest : public ::testing::Test {
@@ -83,6 +88,15 @@ TEST_F(CollapseGuardTest, GoesBackToTheBestNetworksWhenTheTaskIsLost) {
   evaluator_.successes = [](const EvaluationRequest&) { return 1000; };
   run.VisitAt({700, 800});
   EXPECT_THAT(run.guard.warning(), IsEmpty()) << "solved again";
+}
+
+TEST_F(CollapseGuardTest, WhatIsPublishedUnderAVersionIsKeptAndEvaluatedUnderIt) {
+  TrainingRun run(experiment_, &evaluator_);
+  run.VisitAt({100, 200, 300, 400, 500, 600});
+  EXPECT_FLOAT_EQ(run.published.at(6), 2) << "after the way back";
+  ASSERT_EQ(evaluator_.asked.back().version, 6);
+  EXPECT_THAT(evaluator_.parameters.back(), ElementsAre(run.published.at(6)));
+  EXPECT_EQ(run.guard.candidates().at(6).at(0).data, (Bytes{2}));
 }
 
 TEST_F(CollapseGuardTest, ContinueOnlySaysIt) {

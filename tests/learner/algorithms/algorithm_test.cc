@@ -63,6 +63,21 @@ TEST_P(AlgorithmTest, TakesNetworksAloneFromAnotherRun) {
   EXPECT_EQ(b->TakeInfo().num_updates, 0);
 }
 
+TEST_P(AlgorithmTest, NetworksThatComeBackHaveFreshOptimizers) {
+  const auto a = Make(1);
+  const std::vector<StateArray> start = a->Save();
+  a->Update(replay_, 10, 0.0);
+  a->LoadNetworks(start);
+  int moments = 0;
+  for (const StateArray& array : a->Save()) {
+    if (array.name.find(".adam.") == std::string::npos) continue;
+    ++moments;
+    EXPECT_EQ(array.data, Bytes(array.data.size(), 0)) << array.name;
+  }
+  EXPECT_GE(moments, 9) << "of the policy and both critics";
+  EXPECT_EQ(a->TakeInfo().num_updates, 10) << "random numbers do not begin again";
+}
+
 TEST_P(AlgorithmTest, RefusesAStateOfAnotherShapeAndStaysAsItWas) {
   const auto a = Make(1);
   const uint32_t before = a->WeightsCrc32c();
