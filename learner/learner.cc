@@ -214,8 +214,10 @@ void Learner::GrantNextRound() {
 }
 
 // Credit runs ahead of the updates by the error buffer, updates never run ahead of the data (samples-per-insert band).
+// The buffer holds what the next updates need at least, or neither side could go on.
 void Learner::RunAsync() {
   const LearnerConfig& config = experiment_.learner;
+  const int64_t ahead = std::max(experiment_.async.error_buffer, config.train_freq);
   TimePoint published = Clock::now();
   Publish();
   if (resumed_) RestoreEvaluation();
@@ -224,7 +226,7 @@ void Learner::RunAsync() {
     const int64_t paid = config.gradient_steps == 0
                              ? experiment_.total_env_steps
                              : config.learning_starts + updates_ / config.gradient_steps * config.train_freq;
-    coordinator_.SetAllowed(paid + experiment_.async.error_buffer, env_steps_ < config.learning_starts);
+    coordinator_.SetAllowed(paid + ahead, env_steps_ < config.learning_starts);
     Insert(coordinator_.Take(UpdatesDue() > 0 ? Duration::zero() : Duration(milliseconds(5))));
     if (stop_requested_) {
       SettleAndSave();

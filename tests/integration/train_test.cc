@@ -84,6 +84,16 @@ TEST_F(TrainTest, AsyncLosesAndDoublesNothingAndEndsExactly) {
   ExpectReplayMatchesActors(Dir("audit"), 5003, false);
 }
 
+TEST_F(TrainTest, AsyncGoesOnWhenUpdatesNeedMoreThanTheErrorBuffer) {
+  Program train("cairn",
+                SmallRun(Dir("run"), 5003,
+                         {"--set", "schedule=ASYNC", "--set", "async.error_buffer=300", "--set",
+                          "learner.train_freq=1000", "--set", "learner.gradient_steps=10"}),
+                log());
+  ASSERT_EQ(train.WaitFor(std::chrono::seconds(60)), 0) << ReadFile(log());
+  EXPECT_EQ(ReadJson(Dir("run") / "summary.json")["updates"], (5003 - 500) / 1000 * 10);
+}
+
 TEST_F(TrainTest, Td3WithoutOverlapRuns) {
   ASSERT_EQ(RunCairn(SmallRun(Dir("run"), 1500, {"--set", "learner.algorithm=TD3", "--set", "lockstep.overlap=false"}),
                      log()),
