@@ -196,17 +196,17 @@ void Learner::RunLockstep() {
 }
 
 // Every vehicle makes the same steps; the last round makes up the exact total, one step more for the first vehicles.
+// No vehicle stands still in it, since its checkpoint needs the state of each.
 void Learner::GrantNextRound() {
   const int64_t vehicles = experiment_.num_vehicles;
   const int64_t left = experiment_.total_env_steps - granted_;
   if (left == 0) return;
   const int64_t steps = std::min<int64_t>(experiment_.lockstep.round_steps, left / vehicles);
-  const bool last = steps < experiment_.lockstep.round_steps;
+  const bool last = left < (steps + 1) * vehicles;
   const int64_t extra = last ? left % vehicles : 0;
   const bool level = coordinator_.rounds_level();
   // One at a time, and in any case the last.
-  const bool last_of_all = left == steps * vehicles + extra;
-  const bool save = level && checkpointer_ && (last_of_all || (!saving_ && (CheckpointDue() || stop_requested_)));
+  const bool save = level && checkpointer_ && (last || (!saving_ && (CheckpointDue() || stop_requested_)));
   saving_ = saving_ || save;
   const bool warm_up = granted_ < experiment_.learner.learning_starts;
   granted_ += level ? coordinator_.GrantRound(static_cast<int>(steps), static_cast<int>(extra), warm_up, save)

@@ -64,6 +64,13 @@ TEST_F(TrainTest, AnotherSeedGivesOtherWeights) {
             ReadJson(Dir("b") / "summary.json")["weights_crc32c"]);
 }
 
+// 32 vehicles, rounds of 20 steps: ten steps are left after eight whole rounds.
+TEST_F(TrainTest, ALockstepRunEndsWithACheckpointWhateverItsTotal) {
+  ASSERT_EQ(RunCairn(SmallRun(Dir("run"), 5130, {"--set", "lockstep.round_steps=20"}), log()), 0) << ReadFile(log());
+  EXPECT_TRUE(std::filesystem::exists(Dir("run") / "checkpoints" / "checkpoint-000000005130.ckpt"));
+  EXPECT_EQ(ReadJson(Dir("run") / "summary.json")["env_steps"], 5130);
+}
+
 TEST_F(TrainTest, LockstepLosesAndDoublesNothing) {
   ASSERT_EQ(RunCairn(SmallRun(Dir("run"), 3010, {"--actors", "2"}), log(), Audit()), 0) << ReadFile(log());
   const nlohmann::json summary = ReadJson(Dir("run") / "summary.json");
