@@ -132,15 +132,22 @@ void Learner::Restore() {
   lost_with_learner_ = std::max<int64_t>(0, progress_->env_steps_before() - env_steps_);
   rolled_back_ = std::max(state.transitions_rolled_back, progress_->rolled_back_before()) + lost_with_learner_;
   coordinator_.Restore(state.coordinator, env_steps_);
-  // Vehicles that made an extra step at the old end must be caught up with.
-  if (!coordinator_.rounds_level() && experiment_.total_env_steps < env_steps_ + experiment_.num_vehicles) {
-    ThrowUsageError("total_env_steps = {}: a run of {} env steps goes on for at least num_vehicles = {} more",
-                    experiment_.total_env_steps, env_steps_, experiment_.num_vehicles);
-  }
+  CheckTotal(state.coordinator.granted);
   report_.Open(state.wall_s, state.episode_log_bytes);
   log::Info("resumed at {} env steps, {} updates; {} transitions rolled back", env_steps_, updates_,
             lost_with_learner_);
   resumed_ = std::move(state);
+}
+
+// A run that goes on after its old end goes on for a step of every vehicle; for another one when some have made an
+// extra step there, which the others catch up with first.
+void Learner::CheckTotal(const std::vector<RoundState>& open) const {
+  if (experiment_.schedule != Schedule::kLockstep || experiment_.total_env_steps <= granted_) return;
+  const bool level = coordinator_.rounds_level() && (open.empty() || open.back().extra == 0);
+  const int64_t least = int64_t{level ? 1 : 2} * experiment_.num_vehicles;
+  if (experiment_.total_env_steps >= granted_ + least) return;
+  ThrowUsageError("total_env_steps = {}: a run of {} env steps goes on for at least {} more, {} for each vehicle",
+                  experiment_.total_env_steps, granted_, least, level ? "one" : "two");
 }
 
 void Learner::InitFrom(const std::string& run_dir) {
@@ -156,17 +163,15 @@ void Learner::InitFrom(const std::string& run_dir) {
 void Learner::StartRounds() {
   if (resumed_) {
     for (const RoundState& round : resumed_->coordinator.granted) {
+      const bool last = &round == &resumed_->coordinator.granted.back();
+      saving_ = checkpointer_ && last && granted_ >= experiment_.total_env_steps;
       coordinator_.PublishPolicy(round.policy.version, round.policy.parameters);
-      coordinator_.GrantRound(round.steps, round.extra, round.warm_up);
+      coordinator_.GrantRound(round.steps, round.extra, round.warm_up, saving_);
     }
   }
   Publish();
-  if (resumed_) {
-    RestoreEvaluation();
-  } else if (experiment_.lockstep.overlap) {
-    GrantNextRound();
-  }
-  GrantNextRound();
+  if (resumed_) RestoreEvaluation();
+  GrantRounds();
   resumed_.reset();
 }
 
@@ -179,7 +184,7 @@ void Learner::RestoreEvaluation() {
 // with the policy trained through round r − 1, while this thread trains on round r. Without, one is.
 void Learner::RunLockstep() {
   StartRounds();
-  while (env_steps_ < experiment_.total_env_steps) {
+  while (coordinator_.open_rounds() > 0) {
     std::optional<Harvest> round = coordinator_.WaitRound();
     if (!round) return;
     Insert(*round);
@@ -190,27 +195,36 @@ void Learner::RunLockstep() {
       SaveRound(&*round);
       if (stop_requested_) return coordinator_.Stop();
     }
-    GrantNextRound();
+    GrantRounds();
     report_.Visit(Counters("training"), algorithm_.get());
   }
 }
 
+void Learner::GrantRounds() {
+  const int most = experiment_.lockstep.overlap ? 2 : 1;
+  while (coordinator_.open_rounds() < most && GrantNextRound()) {
+  }
+}
+
 // Every vehicle makes the same steps; the last round makes up the exact total, one step more for the first vehicles.
-// No vehicle stands still in it, since its checkpoint needs the state of each.
-void Learner::GrantNextRound() {
+// No vehicle stands still in it, since its checkpoint needs the state of each. A resumed run whose total is larger goes
+// on behind that round, one whose total is smaller ends with the rounds that were open. False when there is nothing to
+// grant.
+bool Learner::GrantNextRound() {
   const int64_t vehicles = experiment_.num_vehicles;
   const int64_t left = experiment_.total_env_steps - granted_;
-  if (left == 0) return;
+  const bool level = coordinator_.rounds_level();
+  if (left <= 0 || (!level && coordinator_.open_rounds() > 0)) return false;
   const int64_t steps = std::min<int64_t>(experiment_.lockstep.round_steps, left / vehicles);
   const bool last = left < (steps + 1) * vehicles;
   const int64_t extra = last ? left % vehicles : 0;
-  const bool level = coordinator_.rounds_level();
   // One at a time, and in any case the last.
   const bool save = level && checkpointer_ && (last || (!saving_ && (CheckpointDue() || stop_requested_)));
   saving_ = saving_ || save;
   const bool warm_up = granted_ < experiment_.learner.learning_starts;
   granted_ += level ? coordinator_.GrantRound(static_cast<int>(steps), static_cast<int>(extra), warm_up, save)
                     : coordinator_.GrantRound(1, 0, warm_up);
+  return true;
 }
 
 // Credit runs ahead of the updates by the error buffer, updates never run ahead of the data (samples-per-insert band).

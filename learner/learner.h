@@ -54,13 +54,15 @@ class Learner {
  private:
   void Prepare();
   void Restore();
+  void CheckTotal(const std::vector<RoundState>& open) const;
   void InitFrom(const std::string& run_dir);
   void StartRounds();
   void RestoreEvaluation();
   void RunLockstep();
   void RunAsync();
   void RunFromLog();
-  void GrantNextRound();
+  void GrantRounds();
+  bool GrantNextRound();
   void Insert(const Harvest& harvest);
   /// Makes the updates that the env steps so far pay for, at most `limit`; returns how many it made.
   int64_t Train(int64_t limit);
