@@ -361,5 +361,22 @@ TEST(RunFieldsTest, DifferencesAreNamedWithBothValues) {
   }
 }
 
+// The updates of a run are counted from its start.
+TEST(RunFieldsTest, UpdatesPerEnvStepMayNotChange) {
+  Experiment here, there;
+  there.learner.learning_starts = 77;
+  there.learner.train_freq = 33;
+  there.learner.gradient_steps = 11;
+  try {
+    CheckFields(ResumeFields(here), ResumeFields(there), "runs/a");
+    FAIL();
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("learner.learning_starts is 77 there"));
+    EXPECT_THAT(error.what(), HasSubstr("learner.train_freq is 33 there"));
+    EXPECT_THAT(error.what(), HasSubstr("learner.gradient_steps is 11 there"));
+  }
+  EXPECT_NO_THROW(CheckFields(NetworkFields(here), NetworkFields(there), "x")) << "init_from counts anew";
+}
+
 }  // namespace
 }  // namespace cairn::learner
