@@ -17,11 +17,15 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr int64_t kAsyncUpdatesPerTurn = 16;  // between two looks at what has come in
+constexpr int64_t kUpdatesPerTurn = 16;  // between two looks at what has come in, or whether to stop
 constexpr int64_t kNoLimit = INT64_MAX;
 constexpr auto kSettleTime = milliseconds(500);  // for the updates that are due before a checkpoint (ASYNC)
 constexpr auto kLogVisit = milliseconds(100);    // between two looks at evaluations while a log is read
-constexpr auto kStopTime = milliseconds(1200);   // in which a stopped run may still reach a checkpoint
+// In which a stopped run may still reach a checkpoint: the round at hand, one that is open, and one that gives the
+// vehicles' states. cairn waits a little longer (deploy/launcher/train.cc).
+constexpr double kStopRounds = 3.5;
+constexpr double kLeastStopTime_s = 1.2;
+constexpr double kMostStopTime_s = 10;
 
 std::string CheckpointDirectory(const std::string& run_dir) { return run_dir + "/checkpoints"; }
 
@@ -99,7 +103,9 @@ void Learner::Run() {
 
 void Learner::RequestStop() {
   stop_requested_ = true;
-  training_ ? coordinator_.StopWithin(kStopTime) : coordinator_.Stop();
+  if (!training_) return coordinator_.Stop();
+  const double time = std::clamp(kStopRounds * round_s_, kLeastStopTime_s, kMostStopTime_s);
+  coordinator_.StopWithin(std::chrono::duration_cast<Duration>(std::chrono::duration<double>(time)));
 }
 
 void Learner::Prepare() {
@@ -185,10 +191,13 @@ void Learner::RestoreEvaluation() {
 void Learner::RunLockstep() {
   StartRounds();
   while (coordinator_.open_rounds() > 0) {
+    const TimePoint start = Clock::now();
     std::optional<Harvest> round = coordinator_.WaitRound();
     if (!round) return;
     Insert(*round);
-    Train(kNoLimit);
+    while (Train(kUpdatesPerTurn) > 0) {
+      if (coordinator_.stopped()) return;
+    }
     PublishAndEvaluate();
     if (!round->vehicles.empty()) {
       saving_ = false;
@@ -197,6 +206,7 @@ void Learner::RunLockstep() {
     }
     GrantRounds();
     report_.Visit(Counters("training"), algorithm_.get());
+    round_s_ = SecondsSince(start);
   }
 }
 
@@ -247,7 +257,7 @@ void Learner::RunAsync() {
       coordinator_.Stop();
     }
     if (coordinator_.stopped()) return;
-    Train(kAsyncUpdatesPerTurn);
+    Train(kUpdatesPerTurn);
     if (Clock::now() - published > coordinator_.publish_interval()) {
       PublishAndEvaluate();
       published = Clock::now();
@@ -307,7 +317,7 @@ void Learner::SettleAndSave() {
   CoordinatorState coordinator = coordinator_.State(&rest);
   Insert(rest);
   const TimePoint start = Clock::now();
-  while (Train(kAsyncUpdatesPerTurn) > 0 && Clock::now() - start < kSettleTime) {
+  while (Train(kUpdatesPerTurn) > 0 && Clock::now() - start < kSettleTime) {
   }
   Save(std::move(coordinator));
 }

@@ -45,8 +45,8 @@ class Learner {
   /// the run cannot be resumed or learner.init_from does not fit.
   void Run();
 
-  /// Ends Run soon, from any thread: a checkpoint is written, the policy so far is saved, the summary says completed:
-  /// false.
+  /// Ends Run soon, from any thread: a checkpoint is written if that takes no more than 10 s, the policy so far is
+  /// saved, the summary says completed: false.
   void RequestStop();
 
   bool completed() const { return completed_; }
@@ -112,6 +112,7 @@ class Learner {
   std::optional<RunState> resumed_;  // until the run has taken it up
   std::atomic<bool> stop_requested_{false};
   std::atomic<bool> training_{false};
+  std::atomic<double> round_s_{0};  // LOCKSTEP: what the newest round took, updates included
   bool completed_ = false;
 };
 

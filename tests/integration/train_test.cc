@@ -169,6 +169,39 @@ TEST_F(TrainTest, SigtermEndsTheRunWithinTwoSecondsAndSavesThePolicy) {
   EXPECT_EQ(ReadJson(Dir("run") / "summary.json")["completed"], false);
 }
 
+bool HasCheckpoint(const std::filesystem::path& run_dir) {
+  const auto is_one = [](const auto& entry) { return entry.path().extension() == ".ckpt"; };
+  const std::filesystem::directory_iterator files(run_dir / "checkpoints");
+  return std::any_of(begin(files), end(files), is_one);
+}
+
+// Half a second or more a round.
+TEST_F(TrainTest, AStoppedRunReachesACheckpointThoughItsRoundsAreLong) {
+  Program train("cairn",
+                SmallRun(Dir("run"), 100000000,
+                         {"--set", "lockstep.round_steps=20", "--set", "learner.net_arch=[256, 256]", "--set",
+                          "learner.batch_size=1024", "--set", "learner.checkpoint_interval_s=1000"}),
+                log());
+  ASSERT_TRUE(WaitUntil(train, [this] {
+    const std::string episodes = ReadFile(Dir("run") / "episodes.csv");
+    return std::count(episodes.begin(), episodes.end(), '\n') > 100;
+  })) << ReadFile(log());
+  kill(train.pid(), SIGTERM);
+  EXPECT_EQ(train.Wait(), 128 + SIGTERM);
+  EXPECT_TRUE(HasCheckpoint(Dir("run")));
+  EXPECT_THAT(ReadFile(Dir("run") / "log" / "launcher.log"), HasSubstr("go on with: cairn train --resume"));
+}
+
+TEST_F(TrainTest, WhatIsSaidOfAStoppedRunIsTrue) {
+  Program train("cairn", SmallRun(Dir("run"), 100000000), log());
+  ASSERT_TRUE(WaitUntil(train, [this] { return std::filesystem::exists(Dir("run") / "run.json"); }));
+  kill(train.pid(), SIGTERM);
+  EXPECT_EQ(train.Wait(), 128 + SIGTERM);
+  EXPECT_THAT(
+      ReadFile(Dir("run") / "log" / "launcher.log"),
+      HasSubstr(HasCheckpoint(Dir("run")) ? "go on with: cairn train --resume" : "there is nothing to go on from"));
+}
+
 std::vector<std::string> ResumableRun(const std::filesystem::path& run, const std::vector<std::string>& more = {}) {
   std::vector<std::string> arguments{"--set", "learner.checkpoint_interval_s=0.1", "--set",
                                      "evaluation.interval_env_steps=5000"};
