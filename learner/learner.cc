@@ -138,6 +138,8 @@ void Learner::Restore() {
   lost_with_learner_ = std::max<int64_t>(0, progress_->env_steps_before() - env_steps_);
   rolled_back_ = std::max(state.transitions_rolled_back, progress_->rolled_back_before()) + lost_with_learner_;
   coordinator_.Restore(state.coordinator, env_steps_);
+  evaluation_.Restore(state.evaluation);
+  collapse_guard_.Restore(std::move(state.candidates));
   CheckTotal(state.coordinator.granted);
   report_.Open(state.wall_s, state.episode_log_bytes);
   log::Info("resumed at {} env steps, {} updates; {} transitions rolled back", env_steps_, updates_,
@@ -176,14 +178,9 @@ void Learner::StartRounds() {
     }
   }
   Publish();
-  if (resumed_) RestoreEvaluation();
+  if (resumed_) evaluation_.AskAgain(resumed_->evaluation);
   GrantRounds();
   resumed_.reset();
-}
-
-void Learner::RestoreEvaluation() {
-  evaluation_.Restore(resumed_->evaluation);
-  collapse_guard_.Restore(std::move(resumed_->candidates));
 }
 
 // Receive, sample and update, publish, evaluate, save, grant. With overlap two rounds are open: round r + 1 rolls out,
@@ -244,7 +241,7 @@ void Learner::RunAsync() {
   const int64_t ahead = std::max(experiment_.async.error_buffer, config.train_freq);
   TimePoint published = Clock::now();
   Publish();
-  if (resumed_) RestoreEvaluation();
+  if (resumed_) evaluation_.AskAgain(resumed_->evaluation);
   resumed_.reset();
   while (env_steps_ < experiment_.total_env_steps) {
     const int64_t paid = config.gradient_steps == 0
@@ -279,6 +276,7 @@ void Learner::RunFromLog() {
   if (resumed_) {
     log_ended_ = true;
     log::Info("--replay-log {}: was read to its end before", options_.replay_log);
+    evaluation_.AskAgain(resumed_->evaluation);
     resumed_.reset();
     return;
   }

@@ -57,7 +57,6 @@ class Learner {
   void CheckTotal(const std::vector<RoundState>& open) const;
   void InitFrom(const std::string& run_dir);
   void StartRounds();
-  void RestoreEvaluation();
   void RunLockstep();
   void RunAsync();
   void RunFromLog();

@@ -237,7 +237,7 @@ void RunReport::TrainingEnded(const RunCounters& counters) {
 }
 
 void RunReport::Finish(const RunCounters& counters, const RunResult& result) {
-  const double training_s = training_ended_s_ - std::max(training_started_s_, 0.0);
+  const double training_s = training_started_s_ < 0 ? 0.0 : training_ended_s_ - training_started_s_;
   nlohmann::ordered_json json;
   json["completed"] = result.completed;
   json["env_steps"] = counters.env_steps;

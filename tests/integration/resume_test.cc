@@ -1,6 +1,7 @@
 // Runs that go on with another experiment.textproto than they were interrupted with.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <fstream>
 
@@ -97,6 +98,31 @@ TEST_F(ResumeTest, AFinishedRunThatGoesOnOverlapsItsRoundsAgain) {
   ASSERT_EQ(Resume(), 0) << ReadFile(log());
   EXPECT_EQ(Summary()["env_steps"], kSteps);
   EXPECT_GT(Summary()["policy_lag_mean"], 0.0);
+}
+
+// No actor comes, so that it is stopped before training goes on.
+TEST_F(ResumeTest, OneThatIsStoppedBeforeItsActorsAreThereStillTellsWhatItKnew) {
+  Train(kSteps);
+  learner::RunState state = Interrupt();
+  state.evaluation.consumption_env_steps = 600;
+  state.evaluation.consumption_wall_s = 0.5;
+  state.evaluation.best = state.coordinator.granted.at(0).policy;
+  WriteFileAtomically(Checkpoint(state.env_steps).string(), learner::EncodeCheckpoint(state));
+  Program learner("cairn-learner",
+                  {(Run() / "experiment.textproto").string(), "--run-id", "1f", "--run-dir", Run().string(), "--resume",
+                   "--actors", "1", "--lcm-url", "udpm://239.255.76.67:7700?ttl=0"},
+                  log());
+  ASSERT_TRUE(WaitUntil(learner, [this] { return ReadFile(log()).find("resumed at") != std::string::npos; }))
+      << ReadFile(log());
+  kill(learner.pid(), SIGTERM);
+  EXPECT_EQ(learner.Wait(), 1) << ReadFile(log());
+  const nlohmann::json summary = Summary();
+  EXPECT_EQ(summary["completed"], false);
+  EXPECT_EQ(summary["env_steps"], state.env_steps);
+  EXPECT_EQ(summary["consumption_env_steps"], 600);
+  EXPECT_EQ(summary["consumption_wall_s"], 0.5);
+  EXPECT_EQ(summary["policy_tested"], "best");
+  EXPECT_EQ(summary["training_s"], 0.0);
 }
 
 }  // namespace

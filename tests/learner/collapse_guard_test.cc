@@ -142,6 +142,7 @@ TEST_F(CollapseGuardTest, ARunThatGoesOnStillHasTheBestNetworks) {
   first.VisitAt({100, 200, 300, 400, 500, 510});
   TrainingRun second(experiment_, &evaluator_);
   second.evaluation.Restore(first.evaluation.State());
+  second.evaluation.AskAgain(first.evaluation.State());
   second.guard.Restore(first.guard.candidates());
   second.VisitAt({600});
   EXPECT_FLOAT_EQ(second.parameter(), 2);
