@@ -479,6 +479,7 @@ void Learner::FinishRun() {
   if (log_) result.log = {options_.replay_log, log_->counters()};
   result.policy_tested = evaluation_.best() ? "best" : "last";
   result.weights_crc32c = algorithm_->WeightsCrc32c();
+  result.bad_updates = algorithm_->TakeInfo().bad_updates;
   report_.Finish(Counters(completed_ ? "finished" : "stopped"), result);
   audit_.Flush();
   coordinator_.Finish();

@@ -42,6 +42,7 @@ class InfoSums {
     mean.alpha = sum_.alpha * actor;
     mean.alpha_loss = sum_.alpha_loss * actor;
     mean.mean_log_prob = sum_.mean_log_prob * actor;
+    mean.num_means = updates_;
     mean.num_actor_updates = actor_updates_;
     *this = InfoSums();
     return mean;
@@ -157,6 +158,7 @@ class OffPolicy final : public Algorithm {
   void VisitState(const StateVisitor& visit) {
     method_.VisitState(visit);
     VisitNumbers(visit, "num_updates", false, &num_updates_, 1);
+    VisitNumbers(visit, "bad_updates", false, &bad_updates_, 1);
   }
 
   // All sizes are checked before the first number changes.

@@ -16,6 +16,7 @@ namespace cairn::learner {
 struct UpdateInfo {
   int64_t num_updates = 0;        ///< since start
   int64_t bad_updates = 0;        ///< of these, left out because something was not finite
+  int64_t num_means = 0;          ///< since the last call, without bad ones; the means are over these
   int64_t num_actor_updates = 0;  ///< since the last call (TD3 delays them); actor_loss and SAC's values are over these
   double critic_loss = 0;
   double actor_loss = 0;

@@ -167,7 +167,13 @@ TEST_P(AlgorithmTest, BadUpdatesAreLeftOutAndTooManyInARowStopWithTheLossNamed) 
   const uint32_t weights = algorithm->WeightsCrc32c();
   algorithm->Update(bad, 3, 0.0);
   EXPECT_EQ(algorithm->WeightsCrc32c(), weights);
-  EXPECT_EQ(algorithm->TakeInfo().bad_updates, 3);
+  const UpdateInfo info = algorithm->TakeInfo();
+  EXPECT_EQ(info.bad_updates, 3);
+  EXPECT_EQ(info.num_means, 5);
+  EXPECT_EQ(algorithm->TakeInfo().num_means, 0);
+  const auto resumed = Make(1);
+  resumed->Load(algorithm->Save());
+  EXPECT_EQ(resumed->TakeInfo().bad_updates, 3) << "a run that goes on goes on counting";
   algorithm->Update(replay_, 2, 0.0);  // in between one that is sound
   EXPECT_NE(algorithm->WeightsCrc32c(), weights);
   algorithm->Update(bad, 3, 0.0);
