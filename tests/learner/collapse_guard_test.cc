@@ -122,6 +122,22 @@ TEST_F(CollapseGuardTest, HoveringIsSaid) {
               HasSubstr("hovers: no consumption start is solved and most time out since 2 checks"));
 }
 
+TEST_F(CollapseGuardTest, HoveringIsSaidHoweverResultsComeInAndUntilItEnds) {
+  evaluator_.successes = [](const EvaluationRequest& r) { return r.version == 6 ? 1 : 0; };
+  evaluator_.failure = Outcome::kTimeout;
+  experiment_.learner.on_collapse = LearnerConfig::OnCollapse::kContinue;
+  TrainingRun run(experiment_, &evaluator_);
+  run.VisitAt({100, 200});
+  std::vector<EvaluationReport> late = std::exchange(evaluator_.ready, {});
+  run.VisitAt({300});
+  late.insert(late.end(), evaluator_.ready.begin(), evaluator_.ready.end());
+  evaluator_.ready = std::move(late);
+  run.VisitAt({310});
+  EXPECT_THAT(run.guard.warning(), HasSubstr("hovers")) << "three checks at once, between two checks";
+  run.VisitAt({400, 500, 600, 610});
+  EXPECT_THAT(run.guard.warning(), IsEmpty()) << "one start was solved";
+}
+
 TEST_F(CollapseGuardTest, LockstepActsAtChecksOnlyWheneverResultsComeIn) {
   TrainingRun run(experiment_, &evaluator_);
   run.VisitAt({100, 200, 300, 400, 500, 510, 520});
