@@ -148,7 +148,7 @@ class OffPolicy final : public Algorithm {
       bad_in_a_row_ = 0;
     } catch (const NonFiniteError& error) {
       ++bad_updates_;
-      log::Warning("update {} left out: {}", num_updates_, error.what());
+      log::Warning("update {} broken off: {}", num_updates_, error.what());
       if (++bad_in_a_row_ < config_.max_bad_updates) return;
       ThrowError("{} updates in a row were not finite (learner.max_bad_updates); the last, number {}: {}",
                  bad_in_a_row_, num_updates_, error.what());
