@@ -17,11 +17,14 @@ class CollapseGuard {
  public:
   CollapseGuard(const Experiment& experiment, EvaluationSchedule* evaluation, Algorithm* algorithm);
 
-  /// To be called after each training phase with the policy just published.
+  /// To be called after each training phase, before its policy is published: goes back when the task is lost.
+  void BeforePublish(int64_t env_steps);
+
+  /// To be called with the policy just published, of which nothing has changed since.
   void Visit(int64_t env_steps, int64_t version);
 
-  /// What is to be said of a collapse; empty: nothing.
-  const std::string& warning() const { return warning_; }
+  /// What is to be said of a collapse, or else of hovering; empty: nothing.
+  const std::string& warning() const { return collapse_.empty() ? hovering_ : collapse_; }
 
   const NetworksByVersion& candidates() const { return candidates_; }
   void Restore(NetworksByVersion candidates) { candidates_ = std::move(candidates); }
@@ -37,7 +40,8 @@ class CollapseGuard {
   EvaluationSchedule* evaluation_;
   Algorithm* algorithm_;
   NetworksByVersion candidates_;  // the best and those under evaluation
-  std::string warning_;
+  std::string collapse_;          // said until the task is solved again
+  std::string hovering_;          // said until a check is in that does not hover
 };
 
 }  // namespace cairn::learner

@@ -298,6 +298,11 @@ bool Coordinator::rounds_level() const {
   return rounds_.level();
 }
 
+int Coordinator::open_rounds() const {
+  const std::lock_guard lock(mutex_);
+  return static_cast<int>(control_.rounds.size());
+}
+
 std::optional<Harvest> Coordinator::WaitRound() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [this] { return stopped_ || rounds_.front_complete(); });

@@ -69,6 +69,9 @@ class Coordinator final : public Evaluator {
 
   bool rounds_level() const;
 
+  /// LOCKSTEP: rounds that are granted and not taken.
+  int open_rounds() const;
+
   /// LOCKSTEP: the oldest granted round when it is complete, ordered by (vehicle, step), so that it does not depend on
   /// timing or on the number of actors. Nullopt when stopped.
   std::optional<Harvest> WaitRound();

@@ -51,6 +51,9 @@ void EvaluationSchedule::Restore(const EvaluationState& state) {
   collapsed_ = state.collapsed;
   best_ = state.best;
   best_score_ = {state.best_success, state.best_time};
+}
+
+void EvaluationSchedule::AskAgain(const EvaluationState& state) {
   for (const EvaluationState::Asked& asked : state.asked) {
     Ask(asked.request.set, asked.request.num_starts, asked.policy, asked.request.tag);
   }

@@ -27,9 +27,12 @@ class EvaluationSchedule {
                      std::function<double()> run_seconds,
                      std::function<void(const EvaluationReport&, const EvaluationSummary&)> on_report);
 
-  /// Where it stands, for a checkpoint, and back: what was asked for and not answered is asked for again.
+  /// Where it stands, for a checkpoint, and back.
   EvaluationState State() const;
   void Restore(const EvaluationState& state);
+
+  /// Asks for what was asked for and not answered then, when there is somebody to ask.
+  void AskAgain(const EvaluationState& state);
 
   /// To be called after each training phase with the policy just published; asks for a check when one is due.
   void Visit(int64_t env_steps, int64_t version, std::span<const float> parameters);

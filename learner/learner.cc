@@ -17,11 +17,15 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr int64_t kAsyncUpdatesPerTurn = 16;  // between two looks at what has come in
+constexpr int64_t kUpdatesPerTurn = 16;  // between two looks at what has come in, or whether to stop
 constexpr int64_t kNoLimit = INT64_MAX;
 constexpr auto kSettleTime = milliseconds(500);  // for the updates that are due before a checkpoint (ASYNC)
 constexpr auto kLogVisit = milliseconds(100);    // between two looks at evaluations while a log is read
-constexpr auto kStopTime = milliseconds(1200);   // in which a stopped run may still reach a checkpoint
+// In which a stopped run may still reach a checkpoint: the round at hand, one that is open, and one that gives the
+// vehicles' states. cairn waits a little longer (deploy/launcher/train.cc).
+constexpr double kStopRounds = 3.5;
+constexpr double kLeastStopTime_s = 1.2;
+constexpr double kMostStopTime_s = 10;
 
 std::string CheckpointDirectory(const std::string& run_dir) { return run_dir + "/checkpoints"; }
 
@@ -99,7 +103,9 @@ void Learner::Run() {
 
 void Learner::RequestStop() {
   stop_requested_ = true;
-  training_ ? coordinator_.StopWithin(kStopTime) : coordinator_.Stop();
+  if (!training_) return coordinator_.Stop();
+  const double time = std::clamp(kStopRounds * round_s_, kLeastStopTime_s, kMostStopTime_s);
+  coordinator_.StopWithin(std::chrono::duration_cast<Duration>(std::chrono::duration<double>(time)));
 }
 
 void Learner::Prepare() {
@@ -121,8 +127,7 @@ void Learner::Prepare() {
 
 void Learner::Restore() {
   const std::string directory = CheckpointDirectory(options_.run_dir);
-  RunState state = LoadNewestCheckpoint(directory, &replay_);
-  CheckFields(ResumeFields(experiment_), state.fields, directory);
+  RunState state = LoadNewestCheckpoint(directory, ResumeFields(experiment_), &replay_);
   if (state.git_revision != GitRevision()) {
     log::Warning("the checkpoint was written by revision {}, this is {}", state.git_revision, GitRevision());
   }
@@ -133,15 +138,24 @@ void Learner::Restore() {
   lost_with_learner_ = std::max<int64_t>(0, progress_->env_steps_before() - env_steps_);
   rolled_back_ = std::max(state.transitions_rolled_back, progress_->rolled_back_before()) + lost_with_learner_;
   coordinator_.Restore(state.coordinator, env_steps_);
-  // Vehicles that made an extra step at the old end must be caught up with.
-  if (!coordinator_.rounds_level() && experiment_.total_env_steps < env_steps_ + experiment_.num_vehicles) {
-    ThrowUsageError("total_env_steps = {}: a run of {} env steps goes on for at least num_vehicles = {} more",
-                    experiment_.total_env_steps, env_steps_, experiment_.num_vehicles);
-  }
+  evaluation_.Restore(state.evaluation);
+  collapse_guard_.Restore(std::move(state.candidates));
+  CheckTotal(state.coordinator.granted);
   report_.Open(state.wall_s, state.episode_log_bytes);
   log::Info("resumed at {} env steps, {} updates; {} transitions rolled back", env_steps_, updates_,
             lost_with_learner_);
   resumed_ = std::move(state);
+}
+
+// A run that goes on after its old end goes on for a step of every vehicle; for another one when some have made an
+// extra step there, which the others catch up with first.
+void Learner::CheckTotal(const std::vector<RoundState>& open) const {
+  if (experiment_.schedule != Schedule::kLockstep || experiment_.total_env_steps <= granted_) return;
+  const bool level = coordinator_.rounds_level() && (open.empty() || open.back().extra == 0);
+  const int64_t least = int64_t{level ? 1 : 2} * experiment_.num_vehicles;
+  if (experiment_.total_env_steps >= granted_ + least) return;
+  ThrowUsageError("total_env_steps = {}: a run of {} env steps goes on for at least {} more, {} for each vehicle",
+                  experiment_.total_env_steps, granted_, least, level ? "one" : "two");
 }
 
 void Learner::InitFrom(const std::string& run_dir) {
@@ -157,95 +171,100 @@ void Learner::InitFrom(const std::string& run_dir) {
 void Learner::StartRounds() {
   if (resumed_) {
     for (const RoundState& round : resumed_->coordinator.granted) {
+      const bool last = &round == &resumed_->coordinator.granted.back();
+      saving_ = checkpointer_ && last && granted_ >= experiment_.total_env_steps;
       coordinator_.PublishPolicy(round.policy.version, round.policy.parameters);
-      coordinator_.GrantRound(round.steps, round.extra, round.warm_up);
+      coordinator_.GrantRound(round.steps, round.extra, round.warm_up, saving_);
     }
   }
   Publish();
-  if (resumed_) {
-    RestoreEvaluation();
-  } else if (experiment_.lockstep.overlap) {
-    GrantNextRound();
-  }
-  GrantNextRound();
+  if (resumed_) evaluation_.AskAgain(resumed_->evaluation);
+  GrantRounds();
   resumed_.reset();
-}
-
-void Learner::RestoreEvaluation() {
-  evaluation_.Restore(resumed_->evaluation);
-  collapse_guard_.Restore(std::move(resumed_->candidates));
 }
 
 // Receive, sample and update, publish, evaluate, save, grant. With overlap two rounds are open: round r + 1 rolls out,
 // with the policy trained through round r − 1, while this thread trains on round r. Without, one is.
 void Learner::RunLockstep() {
   StartRounds();
-  while (env_steps_ < experiment_.total_env_steps) {
+  while (coordinator_.open_rounds() > 0) {
+    const TimePoint start = Clock::now();
     std::optional<Harvest> round = coordinator_.WaitRound();
     if (!round) return;
     Insert(*round);
-    Train(kNoLimit);
-    Publish();
-    collapse_guard_.Visit(env_steps_, updates_);
+    while (Train(kUpdatesPerTurn) > 0) {
+      if (coordinator_.stopped()) return;
+    }
+    PublishAndEvaluate();
     if (!round->vehicles.empty()) {
       saving_ = false;
       SaveRound(&*round);
       if (stop_requested_) return coordinator_.Stop();
     }
-    GrantNextRound();
+    GrantRounds();
     report_.Visit(Counters("training"), algorithm_.get());
+    round_s_ = SecondsSince(start);
+  }
+}
+
+void Learner::GrantRounds() {
+  const int most = experiment_.lockstep.overlap ? 2 : 1;
+  while (coordinator_.open_rounds() < most && GrantNextRound()) {
   }
 }
 
 // Every vehicle makes the same steps; the last round makes up the exact total, one step more for the first vehicles.
-void Learner::GrantNextRound() {
+// No vehicle stands still in it, since its checkpoint needs the state of each. A resumed run whose total is larger goes
+// on behind that round, one whose total is smaller ends with the rounds that were open. False when there is nothing to
+// grant.
+bool Learner::GrantNextRound() {
   const int64_t vehicles = experiment_.num_vehicles;
   const int64_t left = experiment_.total_env_steps - granted_;
-  if (left == 0) return;
-  const int64_t steps = std::min<int64_t>(experiment_.lockstep.round_steps, left / vehicles);
-  const bool last = steps < experiment_.lockstep.round_steps;
-  const int64_t extra = last ? left % vehicles : 0;
   const bool level = coordinator_.rounds_level();
+  if (left <= 0 || (!level && coordinator_.open_rounds() > 0)) return false;
+  const int64_t steps = std::min<int64_t>(experiment_.lockstep.round_steps, left / vehicles);
+  const bool last = left < (steps + 1) * vehicles;
+  const int64_t extra = last ? left % vehicles : 0;
   // One at a time, and in any case the last.
-  const bool last_of_all = left == steps * vehicles + extra;
-  const bool save = level && checkpointer_ && (last_of_all || (!saving_ && (CheckpointDue() || stop_requested_)));
+  const bool save = level && checkpointer_ && (last || (!saving_ && (CheckpointDue() || stop_requested_)));
   saving_ = saving_ || save;
   const bool warm_up = granted_ < experiment_.learner.learning_starts;
   granted_ += level ? coordinator_.GrantRound(static_cast<int>(steps), static_cast<int>(extra), warm_up, save)
                     : coordinator_.GrantRound(1, 0, warm_up);
+  return true;
 }
 
 // Credit runs ahead of the updates by the error buffer, updates never run ahead of the data (samples-per-insert band).
+// The buffer holds what the next updates need at least, or neither side could go on.
 void Learner::RunAsync() {
   const LearnerConfig& config = experiment_.learner;
+  const int64_t ahead = std::max(experiment_.async.error_buffer, config.train_freq);
   TimePoint published = Clock::now();
   Publish();
-  if (resumed_) RestoreEvaluation();
+  if (resumed_) evaluation_.AskAgain(resumed_->evaluation);
   resumed_.reset();
   while (env_steps_ < experiment_.total_env_steps) {
     const int64_t paid = config.gradient_steps == 0
                              ? experiment_.total_env_steps
                              : config.learning_starts + updates_ / config.gradient_steps * config.train_freq;
-    coordinator_.SetAllowed(paid + experiment_.async.error_buffer, env_steps_ < config.learning_starts);
+    coordinator_.SetAllowed(paid + ahead, env_steps_ < config.learning_starts);
     Insert(coordinator_.Take(UpdatesDue() > 0 ? Duration::zero() : Duration(milliseconds(5))));
     if (stop_requested_) {
       SettleAndSave();
       coordinator_.Stop();
     }
     if (coordinator_.stopped()) return;
-    Train(kAsyncUpdatesPerTurn);
+    Train(kUpdatesPerTurn);
     if (Clock::now() - published > coordinator_.publish_interval()) {
-      Publish();
+      PublishAndEvaluate();
       published = Clock::now();
-      collapse_guard_.Visit(env_steps_, updates_);
       NoteDurable();
       if (CheckpointDue()) SettleAndSave();
       report_.Visit(Counters("training"), algorithm_.get());
     }
   }
   Train(kNoLimit);
-  Publish();
-  collapse_guard_.Visit(env_steps_, updates_);
+  PublishAndEvaluate();
   SettleAndSave();
 }
 
@@ -257,6 +276,7 @@ void Learner::RunFromLog() {
   if (resumed_) {
     log_ended_ = true;
     log::Info("--replay-log {}: was read to its end before", options_.replay_log);
+    evaluation_.AskAgain(resumed_->evaluation);
     resumed_.reset();
     return;
   }
@@ -268,17 +288,15 @@ void Learner::RunFromLog() {
     Insert(*next);
     Train(kNoLimit);
     if (evaluation_.CheckDue(env_steps_) || Clock::now() - published > kLogVisit) {
-      Publish();
+      PublishAndEvaluate();
       published = Clock::now();
-      collapse_guard_.Visit(env_steps_, updates_);
       report_.Visit(Counters("training"), algorithm_.get());
     }
   }
   if (stop_requested_) return coordinator_.Stop();
   log_ended_ = true;
   granted_ = env_steps_;
-  Publish();
-  collapse_guard_.Visit(env_steps_, updates_);
+  PublishAndEvaluate();
   const std::string trouble = log_->counters().Trouble();
   log::Info("--replay-log {}: {} transitions of {} messages{}{}", options_.replay_log, env_steps_,
             log_->counters().messages, trouble.empty() ? "" : "; ", trouble);
@@ -297,7 +315,7 @@ void Learner::SettleAndSave() {
   CoordinatorState coordinator = coordinator_.State(&rest);
   Insert(rest);
   const TimePoint start = Clock::now();
-  while (Train(kAsyncUpdatesPerTurn) > 0 && Clock::now() - start < kSettleTime) {
+  while (Train(kUpdatesPerTurn) > 0 && Clock::now() - start < kSettleTime) {
   }
   Save(std::move(coordinator));
 }
@@ -400,6 +418,12 @@ int64_t Learner::RolledBack() const {
 
 void Learner::Publish() { coordinator_.PublishPolicy(updates_, algorithm_->policy_parameters()); }
 
+void Learner::PublishAndEvaluate() {
+  collapse_guard_.BeforePublish(env_steps_);
+  Publish();
+  collapse_guard_.Visit(env_steps_, updates_);
+}
+
 PolicySnapshot Learner::Snapshot() const {
   const std::span<const float> parameters = algorithm_->policy_parameters();
   return {updates_, env_steps_, std::vector<float>(parameters.begin(), parameters.end())};
@@ -455,6 +479,7 @@ void Learner::FinishRun() {
   if (log_) result.log = {options_.replay_log, log_->counters()};
   result.policy_tested = evaluation_.best() ? "best" : "last";
   result.weights_crc32c = algorithm_->WeightsCrc32c();
+  result.bad_updates = algorithm_->TakeInfo().bad_updates;
   report_.Finish(Counters(completed_ ? "finished" : "stopped"), result);
   audit_.Flush();
   coordinator_.Finish();

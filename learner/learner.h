@@ -45,8 +45,8 @@ class Learner {
   /// the run cannot be resumed or learner.init_from does not fit.
   void Run();
 
-  /// Ends Run soon, from any thread: a checkpoint is written, the policy so far is saved, the summary says completed:
-  /// false.
+  /// Ends Run soon, from any thread: a checkpoint is written if that takes no more than 10 s, the policy so far is
+  /// saved, the summary says completed: false.
   void RequestStop();
 
   bool completed() const { return completed_; }
@@ -54,19 +54,21 @@ class Learner {
  private:
   void Prepare();
   void Restore();
+  void CheckTotal(const std::vector<RoundState>& open) const;
   void InitFrom(const std::string& run_dir);
   void StartRounds();
-  void RestoreEvaluation();
   void RunLockstep();
   void RunAsync();
   void RunFromLog();
-  void GrantNextRound();
+  void GrantRounds();
+  bool GrantNextRound();
   void Insert(const Harvest& harvest);
   /// Makes the updates that the env steps so far pay for, at most `limit`; returns how many it made.
   int64_t Train(int64_t limit);
   int64_t UpdatesDue() const;
   int64_t RolledBack() const;
   void Publish();
+  void PublishAndEvaluate();
   void FinishRun();
   void SettleAndSave();
   bool CheckpointDue() const;
@@ -109,6 +111,7 @@ class Learner {
   std::optional<RunState> resumed_;  // until the run has taken it up
   std::atomic<bool> stop_requested_{false};
   std::atomic<bool> training_{false};
+  std::atomic<double> round_s_{0};  // LOCKSTEP: what the newest round took, updates included
   bool completed_ = false;
 };
 

@@ -139,8 +139,13 @@ void RunReport::OnEvaluation(const EvaluationReport& report, const EvaluationSum
 void RunReport::Visit(const RunCounters& counters, Algorithm* algorithm) {
   if (counters.env_steps >= next_scalars_) {
     next_scalars_ = counters.env_steps + kScalarInterval;
-    last_info_ = algorithm->TakeInfo();
-    if (events_) TryToWrite([&] { Scalars(counters, last_info_); });
+    const UpdateInfo info = algorithm->TakeInfo();
+    if (info.num_means > 0) last_info_.critic_loss = info.critic_loss;
+    if (info.num_actor_updates > 0) {
+      last_info_.actor_loss = info.actor_loss;
+      last_info_.alpha = info.alpha;
+    }
+    if (events_) TryToWrite([&] { Scalars(counters, info); });
   }
   if (Clock::now() - last_telemetry_ < kTelemetryInterval) return;
   if (!log_error_.empty()) {
@@ -153,7 +158,7 @@ void RunReport::Visit(const RunCounters& counters, Algorithm* algorithm) {
   Telemetry(counters);
 }
 
-// Tags as Stable-Baselines3 writes them, so that its dashboards work.
+// Tags as Stable-Baselines3 writes them, so that its dashboards work. No point where nothing was learnt.
 void RunReport::Scalars(const RunCounters& counters, const UpdateInfo& info) {
   const auto write = [&](const char* tag, double value) { events_->Scalar(tag, value, counters.env_steps); };
   write("time/fps", env_steps_per_s_);
@@ -165,10 +170,14 @@ void RunReport::Scalars(const RunCounters& counters, const UpdateInfo& info) {
   }
   if (info.num_updates > 0) {
     write("train/n_updates", static_cast<double>(info.num_updates));
-    write("train/critic_loss", info.critic_loss);
-    write("train/actor_loss", info.actor_loss);
-    write("train/mean_q", info.mean_q);
     write("train/bad_updates", static_cast<double>(info.bad_updates));
+  }
+  if (info.num_means > 0) {
+    write("train/critic_loss", info.critic_loss);
+    write("train/mean_q", info.mean_q);
+  }
+  if (info.num_actor_updates > 0) {
+    write("train/actor_loss", info.actor_loss);
     if (experiment_.learner.algorithm == LearnerConfig::Algorithm::kSac) {
       write("train/ent_coef", info.alpha);
       write("train/ent_coef_loss", info.alpha_loss);
@@ -237,7 +246,7 @@ void RunReport::TrainingEnded(const RunCounters& counters) {
 }
 
 void RunReport::Finish(const RunCounters& counters, const RunResult& result) {
-  const double training_s = training_ended_s_ - std::max(training_started_s_, 0.0);
+  const double training_s = training_started_s_ < 0 ? 0.0 : training_ended_s_ - training_started_s_;
   nlohmann::ordered_json json;
   json["completed"] = result.completed;
   json["env_steps"] = counters.env_steps;
@@ -250,7 +259,7 @@ void RunReport::Finish(const RunCounters& counters, const RunResult& result) {
   json["consumption_env_steps"] = reached ? nlohmann::ordered_json(counters.consumption_env_steps) : nullptr;
   json["consumption_wall_s"] = reached ? nlohmann::ordered_json(counters.consumption_wall_s) : nullptr;
   json["stays_solved"] = counters.stays_solved;
-  json["bad_updates"] = last_info_.bad_updates;
+  json["bad_updates"] = result.bad_updates;
   const EvaluationSummary& test = result.test;
   json["success_rate"] = result.completed ? nlohmann::ordered_json(test.success_rate) : nullptr;
   json["success_interval"] = {test.success_interval.low, test.success_interval.high};

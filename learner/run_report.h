@@ -38,6 +38,7 @@ struct RunResult {
   EvaluationSummary test;
   std::string policy_tested = "last";
   uint32_t weights_crc32c = 0;
+  int64_t bad_updates = 0;
   /// The log that was trained on, and what was found in it.
   std::optional<std::pair<std::string, LogCounters>> log;
 };
@@ -85,10 +86,10 @@ class RunReport {
   std::unique_ptr<EventWriter> events_;
   std::unique_ptr<EpisodeLog> episode_log_;
   std::deque<EpisodeResult> recent_;  // last 100 training episodes
-  UpdateInfo last_info_;
-  std::string log_error_;      // why a log file could not be written the last time; empty: it could
-  double earlier_wall_s_ = 0;  // of the processes before this one
-  double last_success_ = -1;   // newest validation or test
+  UpdateInfo last_info_;              // newest means of each kind
+  std::string log_error_;             // why a log file could not be written the last time; empty: it could
+  double earlier_wall_s_ = 0;         // of the processes before this one
+  double last_success_ = -1;          // newest validation or test
   int64_t next_scalars_ = 0;
   TimePoint last_telemetry_{};
   RunCounters rate_from_;

@@ -184,14 +184,17 @@ RunDirectory RunDirectory::Open(const std::string& path) {
   return directory;
 }
 
+bool RunDirectory::has_checkpoint() const {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(path_ + "/checkpoints", error)) {
+    if (entry.path().extension() == ".ckpt") return true;
+  }
+  return false;
+}
+
 RunDirectory RunDirectory::Resume(const std::string& path, int64_t total_env_steps) {
   RunDirectory directory = Open(path);
-  bool any = false;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(directory.path_ + "/checkpoints", error)) {
-    any = any || entry.path().extension() == ".ckpt";
-  }
-  if (!any) ThrowUsageError("--resume {}: checkpoints/ holds none to go on from", path);
+  if (!directory.has_checkpoint()) ThrowUsageError("--resume {}: checkpoints/ holds none to go on from", path);
   CheckNotLive(directory, "--resume " + path);
   std::ifstream file(directory.path_ + "/summary.json");
   const nlohmann::json summary = nlohmann::json::parse(file, nullptr, false);

@@ -31,6 +31,9 @@ class RunDirectory {
   /// A run that exists; throws UsageError naming what is missing.
   static RunDirectory Open(const std::string& path);
 
+  /// Whether there is something for Resume to go on from.
+  bool has_checkpoint() const;
+
   const std::string& path() const { return path_; }
   std::string experiment_file() const { return path_ + "/experiment.textproto"; }
   std::string map_folder() const { return path_ + "/" + kMapFolder; }

@@ -178,7 +178,7 @@ void Supervisor::StopAll() {
     }
   };
   signal(true);
-  if (AnyRunning(true)) WaitForEnd(config_.kill_after, true);
+  if (AnyRunning(true)) WaitForEnd(config_.main_kill_after, true);
   signal(false);
   if (WaitForEnd(AnyRunning(true) ? kLastWait : config_.kill_after, false)) return;
   for (Slot& slot : slots_) {

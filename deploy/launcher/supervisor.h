@@ -29,8 +29,9 @@ struct Supervised {
 };
 
 struct SupervisorConfig {
-  Duration kill_after = std::chrono::milliseconds(1500);  ///< from SIGTERM to SIGKILL when stopping, main process first
-  int max_restarts = 10;                                  ///< of all processes together within `restart_window`
+  Duration kill_after = std::chrono::milliseconds(1500);       ///< from SIGTERM to SIGKILL when stopping
+  Duration main_kill_after = std::chrono::milliseconds(1500);  ///< the same for the main process, which comes first
+  int max_restarts = 10;                                       ///< of all processes together within `restart_window`
   Duration restart_window = std::chrono::minutes(1);
   std::function<void()> tick;  ///< called about every `tick_period` while running; may be empty
   Duration tick_period = std::chrono::milliseconds(200);

@@ -28,6 +28,10 @@
 namespace cairn::deploy {
 namespace {
 
+// The learner takes up to 10 s to reach a checkpoint, and a slow disk its time to write it; a second signal does not
+// wait.
+constexpr auto kLearnerStopTime = std::chrono::seconds(60);
+
 void CheckActors(const TrainOptions& options, const Experiment& experiment) {
   if (options.actors <= experiment.num_vehicles) return;
   ThrowUsageError("--actors {}: num_vehicles = {}, and each actor needs at least one", options.actors,
@@ -179,6 +183,7 @@ class Training {
     config.tick = [this] { UpdateStatus(); };
     config.note = [this](const std::string& line) { Say(line); };
     config.max_restarts = options_.max_restarts;
+    config.main_kill_after = kLearnerStopTime;
     return config;
   }
 
@@ -235,7 +240,9 @@ class Training {
 
   int Report(const RunEnd& end) {
     if (end.exit_code > 128) {
-      Say(fmt::format("stopped; go on with: cairn train --resume {}", directory_.path()));
+      Say(directory_.has_checkpoint()
+              ? fmt::format("stopped; go on with: cairn train --resume {}", directory_.path())
+              : std::string("stopped before the first checkpoint: there is nothing to go on from"));
       return end.exit_code;
     }
     if (end.exit_code == 2) throw UsageError(end.failure);

@@ -42,6 +42,7 @@ class InfoSums {
     mean.alpha = sum_.alpha * actor;
     mean.alpha_loss = sum_.alpha_loss * actor;
     mean.mean_log_prob = sum_.mean_log_prob * actor;
+    mean.num_means = updates_;
     mean.num_actor_updates = actor_updates_;
     *this = InfoSums();
     return mean;
@@ -127,7 +128,10 @@ class OffPolicy final : public Algorithm {
   }
 
   void Load(const std::vector<StateArray>& state) override { LoadArrays(state, false); }
-  void LoadNetworks(const std::vector<StateArray>& state) override { LoadArrays(state, true); }
+  void LoadNetworks(const std::vector<StateArray>& state) override {
+    LoadArrays(state, true);
+    method_.ResetOptimizers();
+  }
 
   uint32_t WeightsCrc32c() const override {
     uint32_t crc = 0;
@@ -144,7 +148,7 @@ class OffPolicy final : public Algorithm {
       bad_in_a_row_ = 0;
     } catch (const NonFiniteError& error) {
       ++bad_updates_;
-      log::Warning("update {} left out: {}", num_updates_, error.what());
+      log::Warning("update {} broken off: {}", num_updates_, error.what());
       if (++bad_in_a_row_ < config_.max_bad_updates) return;
       ThrowError("{} updates in a row were not finite (learner.max_bad_updates); the last, number {}: {}",
                  bad_in_a_row_, num_updates_, error.what());
@@ -154,6 +158,7 @@ class OffPolicy final : public Algorithm {
   void VisitState(const StateVisitor& visit) {
     method_.VisitState(visit);
     VisitNumbers(visit, "num_updates", false, &num_updates_, 1);
+    VisitNumbers(visit, "bad_updates", false, &bad_updates_, 1);
   }
 
   // All sizes are checked before the first number changes.

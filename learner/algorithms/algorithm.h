@@ -15,7 +15,8 @@ namespace cairn::learner {
 /// Means over the updates since the last call, under Stable-Baselines3's names (train/…).
 struct UpdateInfo {
   int64_t num_updates = 0;        ///< since start
-  int64_t bad_updates = 0;        ///< of these, left out because something was not finite
+  int64_t bad_updates = 0;        ///< of these, broken off at something that was not finite
+  int64_t num_means = 0;          ///< since the last call, without bad ones; the means are over these
   int64_t num_actor_updates = 0;  ///< since the last call (TD3 delays them); actor_loss and SAC's values are over these
   double critic_loss = 0;
   double actor_loss = 0;
@@ -31,8 +32,9 @@ class Algorithm {
   virtual ~Algorithm() = default;
 
   /// Makes `count` updates from `replay` (not empty). `progress` in [0, 1] is the share of the run done, for schedules.
-  /// An update whose loss or gradient is not finite is left out and counted; throws Error when max_bad_updates in a row
-  /// are.
+  /// An update ends at the first loss or gradient that is not finite, which is not applied, and is counted as bad. The
+  /// critics come first: they have made their step when it is the policy's. Throws Error when max_bad_updates in a row
+  /// are bad.
   virtual void Update(const ReplayBuffer& replay, int count, double progress) = 0;
 
   /// Current parameters of the policy in PolicyShape's order; valid until the next Update.

@@ -174,6 +174,13 @@ void Sac<Scalar>::StateChanged() {
   critics_.StateChanged();
 }
 
+template <typename Scalar>
+void Sac<Scalar>::ResetOptimizers() {
+  policy_.adam.Reset();
+  critics_.ResetOptimizers();
+  alpha_adam_.Reset();
+}
+
 template class Sac<float>;
 template class Sac<double>;
 

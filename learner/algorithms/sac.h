@@ -45,6 +45,7 @@ class Sac {
   void VisitState(const StateVisitor& visit);
   /// To be called after VisitState changed something.
   void StateChanged();
+  void ResetOptimizers();
 
   /// The losses and their gradients alone, without a step: what Update is made of (and what tests differentiate).
   /// J_Q, both critics, per sample: ½ (Q_i(s, a) − y)², y = R + discount (min_i Q'_i(s', a') − alpha log π(a'|s')).

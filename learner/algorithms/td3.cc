@@ -187,6 +187,12 @@ void Td3<Scalar>::StateChanged() {
   critics_.StateChanged();
 }
 
+template <typename Scalar>
+void Td3<Scalar>::ResetOptimizers() {
+  policy_.adam.Reset();
+  critics_.ResetOptimizers();
+}
+
 template class Td3<float>;
 template class Td3<double>;
 

@@ -43,6 +43,7 @@ class Td3 {
   void VisitState(const StateVisitor& visit);
   /// To be called after VisitState changed something.
   void StateChanged();
+  void ResetOptimizers();
 
   /// The losses and their gradients alone, without a step: what Update is made of (and what tests differentiate).
   /// Both critics, per sample: (Q_i(s, a) − y)², y = R + discount min_i Q'_i(s', clip(π'(s') + clip(ε, −c, c), −1, 1)).

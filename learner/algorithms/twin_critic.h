@@ -85,6 +85,10 @@ class TwinCritic {
     for (MlpWeights<Scalar>& target : targets_) mlp_.RefreshTransposed(&target);
   }
 
+  void ResetOptimizers() {
+    for (TrainedMlp<Scalar>& critic : critics_) critic.adam.Reset();
+  }
+
   const Mlp<Scalar>& mlp() const { return mlp_; }
   TrainedMlp<Scalar>& critic(int i) { return critics_[i]; }
   const TrainedMlp<Scalar>& critic(int i) const { return critics_[i]; }

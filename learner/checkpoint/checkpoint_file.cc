@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <charconv>
+#include <cstdint>
 #include <cstring>
 #include <string_view>
 
@@ -142,6 +143,11 @@ proto::ReplayIndex MakeReplayIndex(const ReplayIndex& index) {
   return out;
 }
 
+std::string Serialize(const google::protobuf::MessageLite& message) {
+  CheckCheckpointSize(message.ByteSizeLong());
+  return message.SerializeAsString();
+}
+
 void AddSection(const std::string& name, std::string data, proto::Checkpoint* checkpoint) {
   proto::Checkpoint::Section* section = checkpoint->add_section();
   section->set_name(name);
@@ -263,16 +269,22 @@ void GetSection(const proto::Checkpoint::Section& section, const std::string& pa
 
 }  // namespace
 
+// protobuf's own limit: of what is larger SerializeAsString says a line on stderr and gives nothing.
+void CheckCheckpointSize(size_t bytes) {
+  if (bytes <= INT32_MAX) return;
+  ThrowError("a checkpoint of {} bytes cannot be written: {} is the most", bytes, INT32_MAX);
+}
+
 std::string EncodeCheckpoint(const RunState& state) {
   proto::Checkpoint checkpoint;
-  AddSection(kBooks, MakeBooks(state).SerializeAsString(), &checkpoint);
-  AddSection(kReplay, MakeReplayIndex(state.replay).SerializeAsString(), &checkpoint);
+  AddSection(kBooks, Serialize(MakeBooks(state)), &checkpoint);
+  AddSection(kReplay, Serialize(MakeReplayIndex(state.replay)), &checkpoint);
   for (const auto& [version, arrays] : state.candidates) {
     const std::string prefix = kCandidate + std::to_string(version) + "/";
     for (const StateArray& array : arrays) AddSection(prefix + array.name, ToText(array.data), &checkpoint);
   }
   for (const StateArray& array : state.algorithm) AddSection(array.name, ToText(array.data), &checkpoint);
-  const std::string body = checkpoint.SerializeAsString();
+  const std::string body = Serialize(checkpoint);
   std::string bytes(kMagic, sizeof(kMagic));
   Append(kFormatVersion, &bytes);
   Append(static_cast<uint64_t>(body.size()), &bytes);
@@ -286,16 +298,16 @@ RunState DecodeCheckpoint(const std::string& bytes, const std::string& path) {
   if (bytes.size() < kFrame || std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0) {
     ThrowError("checkpoint {}: cut off or not a checkpoint ({} bytes)", path, bytes.size());
   }
-  const auto format = ReadAt<uint32_t>(bytes, sizeof(kMagic));
-  if (format != kFormatVersion) {
-    ThrowError("checkpoint {}: format version {}, this program reads {}", path, format, kFormatVersion);
-  }
   const auto size = ReadAt<uint64_t>(bytes, sizeof(kMagic) + sizeof(uint32_t));
   if (size != bytes.size() - kFrame) {
     ThrowError("checkpoint {}: cut off: {} bytes, {} promised", path, bytes.size() - kFrame, size);
   }
   const uint32_t crc = Crc32c(bytes.data(), bytes.size() - sizeof(uint32_t));
   const auto stored = ReadAt<uint32_t>(bytes, bytes.size() - sizeof(uint32_t));
+  const auto format = ReadAt<uint32_t>(bytes, sizeof(kMagic));
+  if (format != kFormatVersion && crc == stored) {
+    ThrowUsageError("checkpoint {}: format version {}, this program reads {}", path, format, kFormatVersion);
+  }
   proto::Checkpoint checkpoint;
   const bool parsed = checkpoint.ParseFromArray(bytes.data() + kHeaderBytes, static_cast<int>(size));
   RunState state;

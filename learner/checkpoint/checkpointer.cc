@@ -164,7 +164,8 @@ namespace {
 
 }  // namespace
 
-RunState LoadNewestCheckpoint(const std::string& directory, ReplayBuffer* replay) {
+// Fields before rows: what the experiment's options have made unreadable is not damaged.
+RunState LoadNewestCheckpoint(const std::string& directory, const RunFields& fields, ReplayBuffer* replay) {
   std::vector<std::string> names = ListCheckpoints(directory);
   if (names.empty()) ThrowNoCheckpoint(directory);
   std::string last_error;
@@ -173,8 +174,11 @@ RunState LoadNewestCheckpoint(const std::string& directory, ReplayBuffer* replay
     try {
       replay->Clear();
       RunState state = DecodeCheckpoint(ReadFile(path), path);
+      CheckFields(fields, state.fields, directory);
       LoadReplay(directory, state.replay, replay);
       return state;
+    } catch (const UsageError&) {
+      throw;
     } catch (const Error& error) {
       last_error = error.what();
       log::Error("{}; trying the one before it", error.what());

@@ -11,6 +11,7 @@
 
 #include "common/core/clock.h"
 #include "learner/checkpoint/replay_chunks.h"
+#include "learner/checkpoint/run_fields.h"
 #include "learner/checkpoint/run_state.h"
 #include "learner/replay/replay_buffer.h"
 
@@ -70,8 +71,9 @@ class Checkpointer {
 std::vector<std::string> ListCheckpoints(const std::string& directory);
 
 /// The newest checkpoint that is whole, with its replay rows in `replay` (empty before). A damaged one is said loudly,
-/// set aside (`.damaged`) and the one before it used. Throws UsageError when there is none, Error when none is whole.
-RunState LoadNewestCheckpoint(const std::string& directory, ReplayBuffer* replay);
+/// set aside (`.damaged`) and the one before it used. Throws Error when none is whole, UsageError when there is none or
+/// when a whole one does not agree with `fields` (CheckFields), of which no file is touched.
+RunState LoadNewestCheckpoint(const std::string& directory, const RunFields& fields, ReplayBuffer* replay);
 
 /// The newest checkpoint that can be read, without replay rows; changes nothing. Throws as above.
 RunState ReadNewestCheckpoint(const std::string& directory);

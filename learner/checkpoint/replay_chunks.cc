@@ -52,8 +52,8 @@ ReplayChunk ReplayChunks::Write(const ReplayBuffer& replay, int64_t first, int r
 
 void LoadReplay(const std::string& directory, const ReplayIndex& index, ReplayBuffer* replay) {
   if (index.row_floats != replay->row_floats()) {
-    ThrowError("checkpoint {}: replay rows of {} floats, this experiment's have {}", directory, index.row_floats,
-               replay->row_floats());
+    ThrowUsageError("checkpoint {}: replay rows of {} floats, this experiment's have {}", directory, index.row_floats,
+                    replay->row_floats());
   }
   const int64_t oldest = std::max<int64_t>(0, index.num_inserted - replay->capacity());
   replay->StartAt(oldest);

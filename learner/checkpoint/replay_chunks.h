@@ -30,7 +30,8 @@ class ReplayChunks {
   std::vector<ReplayChunk> chunks_;  // by first row
 };
 
-/// Reads the rows back into an empty buffer of the same shape. Throws Error naming the file: missing, cut off, damaged.
+/// Reads the rows back into an empty buffer of the same shape. Throws Error naming the file: missing, cut off, damaged;
+/// UsageError when rows of this experiment have another size.
 void LoadReplay(const std::string& directory, const ReplayIndex& index, ReplayBuffer* replay);
 
 }  // namespace cairn::learner

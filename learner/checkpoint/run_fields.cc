@@ -29,7 +29,10 @@ RunFields ResumeFields(const Experiment& experiment) {
        {"vehicle.kind", experiment.vehicle.kind == VehicleConfig::Kind::kWheeledCar ? "WHEELED_CAR" : "PLANE_CAR"},
        {"learner.buffer_size", std::to_string(learner.buffer_size)},
        {"learner.n_steps", std::to_string(learner.n_steps)},
-       {"learner.gamma", fmt::format("{}", learner.gamma)}});
+       {"learner.gamma", fmt::format("{}", learner.gamma)},
+       {"learner.learning_starts", std::to_string(learner.learning_starts)},
+       {"learner.train_freq", std::to_string(learner.train_freq)},
+       {"learner.gradient_steps", std::to_string(learner.gradient_steps)}});
   return fields;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -17,6 +18,13 @@ class Adam {
 
   /// One step of `values` against `gradient_scale` · `gradient`.
   void Step(double learning_rate, std::span<const Scalar> gradient, double gradient_scale, std::span<Scalar> values);
+
+  /// As new: without moments.
+  void Reset() {
+    std::fill(first_.begin(), first_.end(), Scalar{0});
+    std::fill(second_.begin(), second_.end(), Scalar{0});
+    num_steps_ = 0;
+  }
 
   int64_t num_steps() const { return num_steps_; }
 

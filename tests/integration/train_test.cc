@@ -64,6 +64,13 @@ TEST_F(TrainTest, AnotherSeedGivesOtherWeights) {
             ReadJson(Dir("b") / "summary.json")["weights_crc32c"]);
 }
 
+// 32 vehicles, rounds of 20 steps: ten steps are left after eight whole rounds.
+TEST_F(TrainTest, ALockstepRunEndsWithACheckpointWhateverItsTotal) {
+  ASSERT_EQ(RunCairn(SmallRun(Dir("run"), 5130, {"--set", "lockstep.round_steps=20"}), log()), 0) << ReadFile(log());
+  EXPECT_TRUE(std::filesystem::exists(Dir("run") / "checkpoints" / "checkpoint-000000005130.ckpt"));
+  EXPECT_EQ(ReadJson(Dir("run") / "summary.json")["env_steps"], 5130);
+}
+
 TEST_F(TrainTest, LockstepLosesAndDoublesNothing) {
   ASSERT_EQ(RunCairn(SmallRun(Dir("run"), 3010, {"--actors", "2"}), log(), Audit()), 0) << ReadFile(log());
   const nlohmann::json summary = ReadJson(Dir("run") / "summary.json");
@@ -82,6 +89,16 @@ TEST_F(TrainTest, AsyncLosesAndDoublesNothingAndEndsExactly) {
   EXPECT_EQ(summary["transitions_duplicate"], 0);
   EXPECT_EQ(summary["deterministic"], false);
   ExpectReplayMatchesActors(Dir("audit"), 5003, false);
+}
+
+TEST_F(TrainTest, AsyncGoesOnWhenUpdatesNeedMoreThanTheErrorBuffer) {
+  Program train("cairn",
+                SmallRun(Dir("run"), 5003,
+                         {"--set", "schedule=ASYNC", "--set", "async.error_buffer=300", "--set",
+                          "learner.train_freq=1000", "--set", "learner.gradient_steps=10"}),
+                log());
+  ASSERT_EQ(train.WaitFor(std::chrono::seconds(60)), 0) << ReadFile(log());
+  EXPECT_EQ(ReadJson(Dir("run") / "summary.json")["updates"], (5003 - 500) / 1000 * 10);
 }
 
 TEST_F(TrainTest, Td3WithoutOverlapRuns) {
@@ -150,6 +167,39 @@ TEST_F(TrainTest, SigtermEndsTheRunWithinTwoSecondsAndSavesThePolicy) {
   EXPECT_LT(SecondsSince(start), 2.5);
   EXPECT_TRUE(std::filesystem::exists(Dir("run") / "checkpoints" / "last.policy"));
   EXPECT_EQ(ReadJson(Dir("run") / "summary.json")["completed"], false);
+}
+
+bool HasCheckpoint(const std::filesystem::path& run_dir) {
+  const auto is_one = [](const auto& entry) { return entry.path().extension() == ".ckpt"; };
+  const std::filesystem::directory_iterator files(run_dir / "checkpoints");
+  return std::any_of(begin(files), end(files), is_one);
+}
+
+// Half a second or more a round.
+TEST_F(TrainTest, AStoppedRunReachesACheckpointThoughItsRoundsAreLong) {
+  Program train("cairn",
+                SmallRun(Dir("run"), 100000000,
+                         {"--set", "lockstep.round_steps=20", "--set", "learner.net_arch=[256, 256]", "--set",
+                          "learner.batch_size=1024", "--set", "learner.checkpoint_interval_s=1000"}),
+                log());
+  ASSERT_TRUE(WaitUntil(train, [this] {
+    const std::string episodes = ReadFile(Dir("run") / "episodes.csv");
+    return std::count(episodes.begin(), episodes.end(), '\n') > 100;
+  })) << ReadFile(log());
+  kill(train.pid(), SIGTERM);
+  EXPECT_EQ(train.Wait(), 128 + SIGTERM);
+  EXPECT_TRUE(HasCheckpoint(Dir("run")));
+  EXPECT_THAT(ReadFile(Dir("run") / "log" / "launcher.log"), HasSubstr("go on with: cairn train --resume"));
+}
+
+TEST_F(TrainTest, WhatIsSaidOfAStoppedRunIsTrue) {
+  Program train("cairn", SmallRun(Dir("run"), 100000000), log());
+  ASSERT_TRUE(WaitUntil(train, [this] { return std::filesystem::exists(Dir("run") / "run.json"); }));
+  kill(train.pid(), SIGTERM);
+  EXPECT_EQ(train.Wait(), 128 + SIGTERM);
+  EXPECT_THAT(
+      ReadFile(Dir("run") / "log" / "launcher.log"),
+      HasSubstr(HasCheckpoint(Dir("run")) ? "go on with: cairn train --resume" : "there is nothing to go on from"));
 }
 
 std::vector<std::string> ResumableRun(const std::filesystem::path& run, const std::vector<std::string>& more = {}) {
@@ -229,6 +279,13 @@ TEST_F(TrainTest, WhatCannotBeResumedIsRefusedByName) {
   edit("net_arch: [64, 64]", "net_arch: [64, 32]");
   EXPECT_EQ(RunCairn({"train", "--resume", Dir("run").string(), "--quiet"}, Dir("shape.log")), 2);
   EXPECT_THAT(ReadFile(Dir("shape.log")), HasSubstr("learner.net_arch is [64, 64] there, [64, 32] here"));
+  // Nor do rows of another size; what would not fit is still there when it is taken back.
+  edit("net_arch: [64, 32]", "net_arch: [64, 64]");
+  edit("rays: true", "rays: false");
+  EXPECT_EQ(RunCairn({"train", "--resume", Dir("run").string(), "--quiet"}, Dir("rays.log")), 2);
+  EXPECT_THAT(ReadFile(Dir("rays.log")), HasSubstr("observation size is "));
+  edit("rays: false", "rays: true");
+  ASSERT_EQ(RunCairn({"train", "--resume", Dir("run").string(), "--quiet"}, log()), 0) << ReadFile(log());
 }
 
 TEST_F(TrainTest, InitFromTakesTheNetworksOfAnotherRun) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "tests/learner/fake_evaluator.h"
 
 namespace cairn::learner {
@@ -40,6 +42,8 @@ struct TrainingRun {
   void VisitAt(std::initializer_list<int64_t> env_steps) {
     for (const int64_t steps : env_steps) {
       if (steps % 100 == 0) algorithm.Learn();
+      guard.BeforePublish(steps);
+      published[steps / 100] = parameter();
       guard.Visit(steps, steps / 100);
     }
   }
@@ -48,6 +52,7 @@ struct TrainingRun {
   FakeAlgorithm algorithm;
   EvaluationSchedule evaluation;
   CollapseGuard guard;
+  std::map<int64_t, float> published;  // by version
 };
 
 class CollapseGuardTest : public ::testing::Test {
@@ -85,6 +90,15 @@ TEST_F(CollapseGuardTest, GoesBackToTheBestNetworksWhenTheTaskIsLost) {
   EXPECT_THAT(run.guard.warning(), IsEmpty()) << "solved again";
 }
 
+TEST_F(CollapseGuardTest, WhatIsPublishedUnderAVersionIsKeptAndEvaluatedUnderIt) {
+  TrainingRun run(experiment_, &evaluator_);
+  run.VisitAt({100, 200, 300, 400, 500, 600});
+  EXPECT_FLOAT_EQ(run.published.at(6), 2) << "after the way back";
+  ASSERT_EQ(evaluator_.asked.back().version, 6);
+  EXPECT_THAT(evaluator_.parameters.back(), ElementsAre(run.published.at(6)));
+  EXPECT_EQ(run.guard.candidates().at(6).at(0).data, (Bytes{2}));
+}
+
 TEST_F(CollapseGuardTest, ContinueOnlySaysIt) {
   experiment_.learner.on_collapse = LearnerConfig::OnCollapse::kContinue;
   TrainingRun run(experiment_, &evaluator_);
@@ -108,6 +122,22 @@ TEST_F(CollapseGuardTest, HoveringIsSaid) {
               HasSubstr("hovers: no consumption start is solved and most time out since 2 checks"));
 }
 
+TEST_F(CollapseGuardTest, HoveringIsSaidHoweverResultsComeInAndUntilItEnds) {
+  evaluator_.successes = [](const EvaluationRequest& r) { return r.version == 6 ? 1 : 0; };
+  evaluator_.failure = Outcome::kTimeout;
+  experiment_.learner.on_collapse = LearnerConfig::OnCollapse::kContinue;
+  TrainingRun run(experiment_, &evaluator_);
+  run.VisitAt({100, 200});
+  std::vector<EvaluationReport> late = std::exchange(evaluator_.ready, {});
+  run.VisitAt({300});
+  late.insert(late.end(), evaluator_.ready.begin(), evaluator_.ready.end());
+  evaluator_.ready = std::move(late);
+  run.VisitAt({310});
+  EXPECT_THAT(run.guard.warning(), HasSubstr("hovers")) << "three checks at once, between two checks";
+  run.VisitAt({400, 500, 600, 610});
+  EXPECT_THAT(run.guard.warning(), IsEmpty()) << "one start was solved";
+}
+
 TEST_F(CollapseGuardTest, LockstepActsAtChecksOnlyWheneverResultsComeIn) {
   TrainingRun run(experiment_, &evaluator_);
   run.VisitAt({100, 200, 300, 400, 500, 510, 520});
@@ -128,6 +158,7 @@ TEST_F(CollapseGuardTest, ARunThatGoesOnStillHasTheBestNetworks) {
   first.VisitAt({100, 200, 300, 400, 500, 510});
   TrainingRun second(experiment_, &evaluator_);
   second.evaluation.Restore(first.evaluation.State());
+  second.evaluation.AskAgain(first.evaluation.State());
   second.guard.Restore(first.guard.candidates());
   second.VisitAt({600});
   EXPECT_FLOAT_EQ(second.parameter(), 2);

@@ -11,6 +11,7 @@ namespace cairn::learner {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::IsEmpty;
 
 class EvaluationScheduleTest : public ::testing::Test {
  protected:
@@ -114,6 +115,7 @@ TEST_F(EvaluationScheduleTest, AValidationThatComesAfterTheFirstSolvedCheckIsOve
   evaluator_.answering = true;
   EvaluationSchedule second = Make();
   second.Restore(state);
+  second.AskAgain(state);
   second.Receive(true);
   EXPECT_FALSE(second.best());
 }
@@ -193,6 +195,10 @@ TEST_F(EvaluationScheduleTest, GoesOnFromItsStateAndAsksAgainForWhatWasNotAnswer
   evaluator_.answering = true;
   EvaluationSchedule second = Make();
   second.Restore(state);
+  EXPECT_EQ(second.consumption_env_steps(), 100);
+  EXPECT_EQ(second.best()->version, 100);
+  EXPECT_THAT(evaluator_.asked, IsEmpty()) << "nobody may be there yet";
+  second.AskAgain(state);
   EXPECT_THAT(evaluator_.Versions(StartSet::kConsumption), ElementsAre(300));
   EXPECT_THAT(evaluator_.parameters.back(), ElementsAre(300.0f));
   VisitAt(&second, 310);

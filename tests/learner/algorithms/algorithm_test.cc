@@ -63,6 +63,21 @@ TEST_P(AlgorithmTest, TakesNetworksAloneFromAnotherRun) {
   EXPECT_EQ(b->TakeInfo().num_updates, 0);
 }
 
+TEST_P(AlgorithmTest, NetworksThatComeBackHaveFreshOptimizers) {
+  const auto a = Make(1);
+  const std::vector<StateArray> start = a->Save();
+  a->Update(replay_, 10, 0.0);
+  a->LoadNetworks(start);
+  int moments = 0;
+  for (const StateArray& array : a->Save()) {
+    if (array.name.find(".adam.") == std::string::npos) continue;
+    ++moments;
+    EXPECT_EQ(array.data, Bytes(array.data.size(), 0)) << array.name;
+  }
+  EXPECT_GE(moments, 9) << "of the policy and both critics";
+  EXPECT_EQ(a->TakeInfo().num_updates, 10) << "random numbers do not begin again";
+}
+
 TEST_P(AlgorithmTest, RefusesAStateOfAnotherShapeAndStaysAsItWas) {
   const auto a = Make(1);
   const uint32_t before = a->WeightsCrc32c();
@@ -152,7 +167,13 @@ TEST_P(AlgorithmTest, BadUpdatesAreLeftOutAndTooManyInARowStopWithTheLossNamed) 
   const uint32_t weights = algorithm->WeightsCrc32c();
   algorithm->Update(bad, 3, 0.0);
   EXPECT_EQ(algorithm->WeightsCrc32c(), weights);
-  EXPECT_EQ(algorithm->TakeInfo().bad_updates, 3);
+  const UpdateInfo info = algorithm->TakeInfo();
+  EXPECT_EQ(info.bad_updates, 3);
+  EXPECT_EQ(info.num_means, 5);
+  EXPECT_EQ(algorithm->TakeInfo().num_means, 0);
+  const auto resumed = Make(1);
+  resumed->Load(algorithm->Save());
+  EXPECT_EQ(resumed->TakeInfo().bad_updates, 3) << "a run that goes on goes on counting";
   algorithm->Update(replay_, 2, 0.0);  // in between one that is sound
   EXPECT_NE(algorithm->WeightsCrc32c(), weights);
   algorithm->Update(bad, 3, 0.0);

@@ -3,11 +3,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
 #include "common/core/check.h"
 #include "common/core/files.h"
+#include "common/core/hash.h"
 #include "learner/checkpoint/checkpoint_file.h"
 #include "learner/checkpoint/checkpointer.h"
 #include "learner/checkpoint/progress_file.h"
@@ -136,6 +138,17 @@ TEST_F(CheckpointTest, EveryFlippedByteAndEveryLengthIsDetected) {
   EXPECT_THROW(DecodeCheckpoint(whole + "x", "x"), Error);
 }
 
+// Two GiB of memory are too much for a test: the limit is asked alone.
+TEST_F(CheckpointTest, WhatIsTooLargeToWriteIsAnErrorThatTellsTheLimit) {
+  EXPECT_NO_THROW(CheckCheckpointSize(2147483647));
+  try {
+    CheckCheckpointSize(2147483648);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("a checkpoint of 2147483648 bytes cannot be written: 2147483647 is the most"));
+  }
+}
+
 TEST_F(CheckpointTest, ErrorsNameTheFileAndTheSection) {
   std::string bytes = EncodeCheckpoint(MakeState());
   const size_t at = bytes.find("q1.adam.first");
@@ -216,7 +229,7 @@ TEST_F(CheckpointTest, KeepsTheNewestAndRemovesWhatNobodyNeeds) {
   EXPECT_EQ(Files().size(), 5u);
   EXPECT_TRUE(fs::exists(Path("notes.txt")));
   ReplayBuffer back = MakeReplay(100);
-  EXPECT_EQ(LoadNewestCheckpoint(directory_.string(), &back).env_steps, 5000);
+  EXPECT_EQ(LoadNewestCheckpoint(directory_.string(), {}, &back).env_steps, 5000);
   ExpectSameRows(replay, back);
 }
 
@@ -236,12 +249,47 @@ TEST_F(CheckpointTest, ADamagedNewestOneIsSetAsideAndTheOneBeforeUsed) {
   std::ofstream(Path("checkpoint-000000003000.ckpt"), std::ios::binary) << bytes;
   fs::resize_file(Path("replay-000000000000-00020.rows"), 100);
   ReplayBuffer back = MakeReplay(100);
-  EXPECT_EQ(LoadNewestCheckpoint(directory_.string(), &back).env_steps, 1000);
+  EXPECT_EQ(LoadNewestCheckpoint(directory_.string(), {}, &back).env_steps, 1000);
   EXPECT_EQ(back.num_inserted(), 10);
   EXPECT_TRUE(fs::exists(Path("checkpoint-000000003000.ckpt.damaged")));
   fs::remove(Path("replay-000000000000-00010.rows"));
-  EXPECT_THROW(LoadNewestCheckpoint(directory_.string(), &back), Error);
-  EXPECT_THROW(LoadNewestCheckpoint(directory_.string(), &back), UsageError) << "none left to try";
+  EXPECT_THROW(LoadNewestCheckpoint(directory_.string(), {}, &back), Error);
+  EXPECT_THROW(LoadNewestCheckpoint(directory_.string(), {}, &back), UsageError) << "none left to try";
+}
+
+// As with learner.buffer_size edited after the ring has wrapped, or rays taken away.
+TEST_F(CheckpointTest, WhatDoesNotFitTheExperimentIsRefusedByNameAndKept) {
+  ReplayBuffer replay = MakeReplay(50);
+  {
+    Checkpointer checkpointer(directory_.string(), 2);
+    for (int i = 1; i <= 2; ++i) {
+      Insert(&replay, 60);
+      checkpointer.Write(MakeState(1000 * i), &replay);
+      checkpointer.Wait();
+    }
+  }
+  const std::vector<std::string> files = Files();
+  ReplayBuffer larger = MakeReplay(100);
+  try {
+    LoadNewestCheckpoint(directory_.string(), {{"seed", "2"}}, &larger);
+    FAIL();
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("seed is 1 there, 2 here"));
+  }
+  ReplayBuffer wider{50, kObservation + 20, kAction, 1, 0.9};
+  EXPECT_THROW(LoadNewestCheckpoint(directory_.string(), {{"seed", "1"}}, &wider), UsageError);
+  EXPECT_EQ(Files(), files);
+  ReplayBuffer back = MakeReplay(50);
+  EXPECT_EQ(LoadNewestCheckpoint(directory_.string(), {{"seed", "1"}}, &back).env_steps, 2000);
+  ExpectSameRows(replay, back);
+}
+
+TEST_F(CheckpointTest, AnotherFormatVersionIsNotDamage) {
+  std::string bytes = EncodeCheckpoint(MakeState());
+  bytes[8] = 2;
+  const uint32_t crc = Crc32c(bytes.data(), bytes.size() - sizeof(uint32_t));
+  std::memcpy(bytes.data() + bytes.size() - sizeof(uint32_t), &crc, sizeof(crc));
+  EXPECT_THROW(DecodeCheckpoint(bytes, "x"), UsageError);
 }
 
 TEST_F(CheckpointTest, AFailureLeavesTheOlderOnesAndIsSaidUntilItWorksAgain) {
@@ -258,12 +306,12 @@ TEST_F(CheckpointTest, AFailureLeavesTheOlderOnesAndIsSaidUntilItWorksAgain) {
   EXPECT_THAT(checkpointer.status().error, HasSubstr("checkpoint-000000002000.ckpt"));
   EXPECT_EQ(checkpointer.status().env_steps, 1000);
   ReplayBuffer back = MakeReplay(100);
-  EXPECT_EQ(LoadNewestCheckpoint(directory_.string(), &back).env_steps, 1000);
+  EXPECT_EQ(LoadNewestCheckpoint(directory_.string(), {}, &back).env_steps, 1000);
   Insert(&replay, 200);
   checkpointer.Write(MakeState(3000), &replay);
   checkpointer.Wait();
   EXPECT_EQ(checkpointer.status().error, "");
-  EXPECT_EQ(LoadNewestCheckpoint(directory_.string(), &back).env_steps, 3000);
+  EXPECT_EQ(LoadNewestCheckpoint(directory_.string(), {}, &back).env_steps, 3000);
   ExpectSameRows(replay, back);
 }
 
@@ -278,7 +326,7 @@ TEST_F(CheckpointTest, RowsThatAreBeingWrittenAreNotOverwritten) {
 
 TEST_F(CheckpointTest, AnEmptyDirectoryHasNothingToGoOnFrom) {
   ReplayBuffer replay = MakeReplay(10);
-  EXPECT_THROW(LoadNewestCheckpoint(directory_.string(), &replay), UsageError);
+  EXPECT_THROW(LoadNewestCheckpoint(directory_.string(), {}, &replay), UsageError);
   EXPECT_THROW(ReadNewestCheckpoint(directory_.string()), UsageError);
 }
 
@@ -311,6 +359,23 @@ TEST(RunFieldsTest, DifferencesAreNamedWithBothValues) {
   } catch (const UsageError& error) {
     EXPECT_STREQ(error.what(), "runs/a: learner.net_arch is [32] there, [64, 64] here; seed is 9 there, 1 here");
   }
+}
+
+// The updates of a run are counted from its start.
+TEST(RunFieldsTest, UpdatesPerEnvStepMayNotChange) {
+  Experiment here, there;
+  there.learner.learning_starts = 77;
+  there.learner.train_freq = 33;
+  there.learner.gradient_steps = 11;
+  try {
+    CheckFields(ResumeFields(here), ResumeFields(there), "runs/a");
+    FAIL();
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("learner.learning_starts is 77 there"));
+    EXPECT_THAT(error.what(), HasSubstr("learner.train_freq is 33 there"));
+    EXPECT_THAT(error.what(), HasSubstr("learner.gradient_steps is 11 there"));
+  }
+  EXPECT_NO_THROW(CheckFields(NetworkFields(here), NetworkFields(there), "x")) << "init_from counts anew";
 }
 
 }  // namespace
