@@ -1,10 +1,18 @@
 #include "planner/collision/free_space.h"
 
 namespace cairn::planner {
+namespace {
+
+// Volatile, since g++ 12 makes a plain copy of two neighbouring components that go to float and back.
+double RoundToFloat(double x) {
+  const volatile float rounded = static_cast<float>(x);
+  return rounded;
+}
+
+}  // namespace
 
 Vector3d RoundToFloat(const Vector3d& p, int dimension) {
-  const Vector3d rounded = p.cast<float>().cast<double>();
-  return dimension == 3 ? rounded : Vector3d(rounded.x(), rounded.y(), 0);
+  return {RoundToFloat(p.x()), RoundToFloat(p.y()), dimension == 3 ? RoundToFloat(p.z()) : 0};
 }
 
 std::optional<Vector3d> FreeSpace::Draw(const Box& region, RandomStream& random) const {
