@@ -79,6 +79,15 @@ TEST_F(MapExperimentTest, ARoadmapIsFoundBesideItsFileAndKnownByItsBytes) {
   EXPECT_NE(Load("planner { roadmap: \"a.roadmap\" }").hash, loaded.hash);
 }
 
+TEST_F(MapExperimentTest, ARoadmapIsOfOneWorld) {
+  directory_.Write("a.roadmap", "bytes");
+  const std::string any = "goals: ANY observation { position: false } planner { kind: RRT roadmap: \"a.roadmap\" } ";
+  EXPECT_NO_THROW(Load(any)) << "the kind is not read";
+  EXPECT_THAT(Error(any + "world { training_worlds: 2 }"),
+              AllOf(HasSubstr("planner.roadmap = "), HasSubstr("is of one world"),
+                    HasSubstr("world.training_worlds = 2 and world.unseen_worlds = 0 make 2")));
+}
+
 TEST_F(MapExperimentTest, ArgumentsStandInForTheFilesWorld) {
   const LoadedExperiment loaded = Load("world { kind: CAR_MAZE seed: 5 }", {map_, "", "2,3", "7.5,1.5"});
   EXPECT_EQ(loaded.experiment.world.kind, WorldConfig::Kind::kMap);
