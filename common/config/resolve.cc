@@ -138,10 +138,11 @@ void DeriveEnvironment(const VehicleConfig& config, const proto::Vehicle& vehicl
   environment->set_control_period(std::max(1.0, std::round(std::clamp(period, 0.004, 10.0) * rate)) / rate);
 }
 
-// A map's own cell or the largest whole part of it that no ball of r_ball = eta / 2 falls through.
+// A map's own cell or the largest whole part of it whose diagonal is at most r_ball = eta / 2. One of eta would do in
+// the open, but beside walls the nearest free centre is farther than half a diagonal.
 double GridCell(const ImportedMap* map, double eta) {
   if (map == nullptr || map->cell == 0) return kGridCellEtas * eta;
-  return map->cell / std::max(1.0, std::ceil(map->cell * std::sqrt(map->dimension) / eta - 1e-9));
+  return map->cell / std::max(1.0, std::ceil(2 * map->cell * std::sqrt(map->dimension) / eta - 1e-9));
 }
 
 double MaxSamples(const ImportedMap* map, double eta) {
