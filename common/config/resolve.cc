@@ -41,7 +41,9 @@ constexpr double kGoalToleranceRadii = 1.2;  // 0.052 m
 constexpr double kGoalDistanceRadii = 12;    // 0.516 m
 constexpr double kPointToleranceRadii = 3;   // 0.129 m; the paper's own square has 0.160 m
 
-constexpr double kMapFieldParts = 5;        // field nodes on an inscribed radius, of maps
+constexpr double kMazeFieldParts = 3;       // field nodes on an inscribed radius, of mazes
+constexpr double kCubeFieldParts = 4;       // of cubes
+constexpr double kMapFieldParts = 5;        // of maps
 constexpr double kMapFieldNodes = 1 << 25;  // 128 MiB of floats in each process
 
 void SetDefault(Message* message, const FieldDescriptor* field) {
@@ -184,16 +186,22 @@ double MapFieldResolution(const ImportedMap& map, double inscribed) {
   return map.cell / std::max(1.0, std::min(parts, std::floor(map.cell / finest)));
 }
 
+// Resolves a maze's walls, and the robot where they are thicker than it.
+double FieldResolution(double inscribed, const ImportedMap* map, const proto::World& world) {
+  if (map != nullptr) return MapFieldResolution(*map, inscribed);
+  const double wall = world.wall_thickness();
+  if (world.kind() == proto::World::CAR_MAZE) return std::min(wall / 4, inscribed / kMazeFieldParts);
+  if (world.kind() == proto::World::CUBE_MAZE) return std::min(wall / 2, inscribed / kCubeFieldParts);
+  return inscribed / 10;
+}
+
 void DeriveWorld(double circumscribed, double inscribed, const ImportedMap* map, proto::World* world) {
   if ((world->has_goal_point() || world->has_start_point()) && !world->has_point_tolerance()) {
     world->set_point_tolerance(kPointToleranceRadii * circumscribed);
   }
   if (!world->has_goal_tolerance()) world->set_goal_tolerance(kGoalToleranceRadii * circumscribed);
   if (!world->has_goal_distance()) world->set_goal_distance(kGoalDistanceRadii * circumscribed);
-  if (world->has_field_resolution()) return;
-  const bool car_maze = world->kind() == proto::World::CAR_MAZE, cube = world->kind() == proto::World::CUBE_MAZE;
-  const double by_vehicle = map != nullptr ? MapFieldResolution(*map, inscribed) : inscribed / 10;
-  world->set_field_resolution(car_maze ? world->wall_thickness() / 4 : cube ? world->wall_thickness() / 2 : by_vehicle);
+  if (!world->has_field_resolution()) world->set_field_resolution(FieldResolution(inscribed, map, *world));
 }
 
 void DerivePersons(const VehicleConfig& config, proto::World* world) {

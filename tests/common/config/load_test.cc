@@ -5,6 +5,10 @@
 #include <cmath>
 #include <filesystem>
 
+#include "common/world/distance_field.h"
+#include "common/world/reachability.h"
+#include "common/world/world.h"
+
 namespace cairn {
 namespace {
 
@@ -34,6 +38,23 @@ TEST(LoadTest, LengthsFollowFromTheVehiclesRadii) {
   EXPECT_NEAR(experiment.observation.ray_scale, 1.4 * circumscribed, 1e-12);
   EXPECT_NEAR(experiment.observation.look_ahead_clearance, 0.35 * circumscribed, 1e-12);
   EXPECT_NEAR(experiment.world.field_resolution, 0.005, 1e-15);
+}
+
+TEST(LoadTest, TheFieldOfAMazeResolvesItsWallsAndTheRobot) {
+  EXPECT_EQ(Parse("").experiment.world.field_resolution, 0.005);
+  EXPECT_NEAR(Parse("world { wall_thickness: 0.6 }").experiment.world.field_resolution, 0.025 / 3, 1e-12);
+  const std::string quadrotor = "vehicle { kind: QUADROTOR } ";
+  EXPECT_NEAR(Parse(quadrotor + "world { kind: CUBE_MAZE }").experiment.world.field_resolution, 0.01, 1e-12);
+  EXPECT_NEAR(Parse(quadrotor + "world { kind: CUBE_MAZE wall_thickness: 0.06 }").experiment.world.field_resolution,
+              0.045 / 4, 1e-12);
+}
+
+// The paper's car in a maze of thick walls.
+TEST(LoadTest, AMazeOfThickWallsHasRoom) {
+  const Experiment experiment = Parse("world { cells: 4 wall_thickness: 0.6 square: 0.74 }").experiment;
+  const World world = MakeWorld(experiment.world);
+  const DistanceField field(world, experiment.world.field_resolution);
+  EXPECT_NO_THROW(Reachability(world, field, experiment.planner.radius).CheckStart());
 }
 
 TEST(LoadTest, ThePapersCarGetsTheMetresOfTheRecipe) {
