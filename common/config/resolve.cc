@@ -147,19 +147,39 @@ double GridCell(const ImportedMap* map, double eta) {
   return map->cell / std::max(1.0, std::ceil(2 * map->cell * std::sqrt(map->dimension) / eta - 1e-9));
 }
 
-double MaxSamples(const ImportedMap* map, double eta) {
-  if (map == nullptr) return kLeastMaxSamples;
-  const Vector3d cells = map->bounds.size() / eta;
-  const double count = cells.x() * cells.y() * (map->dimension == 3 ? cells.z() : 1);
+// Sides of the world [m]; z is not above 0 in the plane.
+Vector3d SizeOf(const ImportedMap* map, const proto::World& world) {
+  const double pitch = world.corridor_width() + world.wall_thickness();
+  const double maze = world.cells() * pitch + world.wall_thickness(), cube = world.rooms() * world.room_size();
+  const proto::Vector3 &min = world.bounds().min(), &max = world.bounds().max();
+  switch (world.kind()) {
+    case proto::World::CAR_MAZE:
+      return {maze, maze, 0};
+    case proto::World::CUBE_MAZE:
+      return {cube, cube, world.floors() * world.room_size()};
+    case proto::World::BOXES:
+      return {max.x() - min.x(), max.y() - min.y(), max.z() - min.z()};
+    case proto::World::MAP:
+      break;
+  }
+  return {map->bounds.size().x(), map->bounds.size().y(), map->dimension == 3 ? map->bounds.size().z() : 0};
+}
+
+double MaxSamples(const Vector3d& size, double eta) {
+  const Vector3d cells = size / eta;
+  const double count = cells.x() * cells.y() * (cells.z() > 0 ? cells.z() : 1);
   return std::clamp(kSamplesPerCell * count, kLeastMaxSamples, kMostMaxSamples);
 }
 
-void DerivePlanner(const VehicleConfig& vehicle, const ImportedMap* map, proto::Planner* planner) {
+void DerivePlanner(const VehicleConfig& vehicle, const ImportedMap* map, const proto::World& world,
+                   proto::Planner* planner) {
   const double circumscribed = vehicle.circumscribed_radius(), inscribed = vehicle.inscribed_radius();
   if (!planner->has_eta()) planner->set_eta(kEtaRadii * circumscribed);
   if (!planner->has_radius()) planner->set_radius(kPlanningRadii * inscribed);
   if (!planner->has_min_spacing()) planner->set_min_spacing(0.5 * planner->eta());
-  if (!planner->has_max_samples()) planner->set_max_samples(static_cast<int>(MaxSamples(map, planner->eta())));
+  if (!planner->has_max_samples()) {
+    planner->set_max_samples(static_cast<int>(MaxSamples(SizeOf(map, world), planner->eta())));
+  }
   if (!planner->has_grid_cell()) planner->set_grid_cell(GridCell(map, planner->eta()));
   if (!planner->has_grid_neighbors()) planner->set_grid_neighbors(vehicle.dimension() == 3 ? 26 : 8);
   if (!planner->has_repair_margin()) planner->set_repair_margin(kRepairRadii * circumscribed);
@@ -234,7 +254,7 @@ void Resolve(Draft* draft, const ImportedMap* map) {
   const double circumscribed = vehicle.circumscribed_radius();
   const double inscribed = vehicle.inscribed_radius();
   DeriveEnvironment(vehicle, experiment.vehicle(), experiment.mutable_environment());
-  DerivePlanner(vehicle, map, experiment.mutable_planner());
+  DerivePlanner(vehicle, map, experiment.world(), experiment.mutable_planner());
   DeriveObservation(circumscribed, experiment.mutable_observation());
   if (!experiment.world().has_unseen_obstacle_size()) {
     experiment.mutable_world()->set_unseen_obstacle_size(circumscribed);
