@@ -16,7 +16,8 @@ class GoalTables {
   /// Subscribes to the tables plane.
   GoalTables(Bus* bus, const Experiment& experiment, uint64_t experiment_hash);
 
-  /// nullptr while it is on its way. Throws Error for a goal for which the planner has no table.
+  /// nullptr while it is on its way. Throws UsageError for a goal for which the planner has no table: a new
+  /// process would draw it again.
   std::shared_ptr<const RoadmapLookup> Find(const WorldGoal& goal);
 
   /// Whether something is on its way.
@@ -27,7 +28,7 @@ class GoalTables {
  private:
   void Add(const WorldGoal& goal, const Roadmap& positions, CostTable table);
 
-  double r_ball_;
+  double r_ball_, goal_tolerance_, coverage_;  // of the experiment
   LruMap<WorldGoal, std::shared_ptr<const RoadmapLookup>, WorldGoalHash> tables_;
   GoalTableClient client_;
 };

@@ -37,7 +37,7 @@ double FourDigitsBelow(double x) {
 }
 
 // D(s) reads through a wall when a vertex on its far side (planning radius away) comes within r_ball of a robot that
-// touches its near side (inscribed radius away).
+// touches its near side (inscribed radius away). Necessary only: see CheckCostsBehindWalls.
 void CheckConfig(const World& world, const PlannerConfig& config, double inscribed_radius) {
   if (!(config.eta > 0)) ThrowUsageError("planner.eta = {} m: must be > 0", config.eta);
   if (!(config.radius > 0)) ThrowUsageError("planner.radius = {} m: must be > 0", config.radius);
@@ -112,7 +112,7 @@ BuiltRoadmap BuildRoadmap(const World& world, const DistanceField& field, const 
   built.info.samples = static_cast<int>(grown.samples);
   built.info.coverage = grown.coverage;
   built.info.components = CountComponents(built.roadmap);
-  if (world.imported && !NoWallIsTooThin(config, inscribed_radius)) {  // spares large maps a table
+  if (!world.walls_overlap && !NoWallIsTooThin(config, inscribed_radius)) {  // spares large maps a table
     CheckCostsBehindWalls(world, field, built.roadmap, ComputeCostTable(built.roadmap, world, world.goal), config,
                           inscribed_radius);
   }

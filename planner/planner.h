@@ -31,8 +31,9 @@ struct BuiltRoadmap {
 const char* NameOf(PlannerConfig::Kind kind);
 
 /// Whether a roadmap of this config can serve this world: throws UsageError for an eta that would read costs through
-/// walls (with the largest that passes; imported maps are checked after the build), a spacing that cannot cover, an
-/// occupied or unreachable goal, a start region without a free point. Cheap beside BuildRoadmap, which calls it too.
+/// walls (with the largest that passes; what touching obstacles and imported maps hide shows after the build), a
+/// spacing that cannot cover, an occupied or unreachable goal, a start region without a free point. Cheap beside
+/// BuildRoadmap, which calls it too.
 void CheckPlannable(const World& world, const DistanceField& field, const PlannerConfig& config,
                     double inscribed_radius);
 

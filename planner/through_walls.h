@@ -13,10 +13,10 @@ inline bool NoWallIsTooThin(const PlannerConfig& config, double inscribed_radius
   return config.r_ball() < config.radius + inscribed_radius;
 }
 
-/// Checks by sampling that costs are not read through the walls of an imported map, whose thickness no box tells: from
-/// no free point may the cheapest vertex within r_ball lie out of sight and be cheaper by more than 2 r_ball than what
-/// is in sight. Nothing is sampled when NoWallIsTooThin. Throws UsageError with the point and the largest eta that is
-/// certain to pass.
+/// Checks by sampling that costs are not read through walls whose thickness no obstacle tells, those of an imported map
+/// or of obstacles that touch: from no free point may the cheapest vertex within r_ball lie out of sight and be cheaper
+/// by more than 2 r_ball than what is in sight. Nothing is sampled when NoWallIsTooThin. Throws UsageError with the
+/// point and the largest eta that is certain to pass.
 void CheckCostsBehindWalls(const World& world, const DistanceField& field, const Roadmap& roadmap,
                            const CostTable& table, const PlannerConfig& config, double inscribed_radius);
 

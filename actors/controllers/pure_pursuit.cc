@@ -24,7 +24,7 @@ PlannerConfig PurePursuit::Planner(const Experiment& experiment, const PurePursu
   planner.kind = PlannerConfig::Kind::kRrg;  // the same referee whatever rewards the policy
   planner.roadmap.clear();
   planner.radius = params.planning_radius * experiment.vehicle.circumscribed_radius();
-  planner.min_spacing = params.min_spacing * experiment.vehicle.circumscribed_radius();
+  planner.min_spacing = std::min(params.min_spacing * experiment.vehicle.circumscribed_radius(), planner.r_ball());
   return planner;
 }
 

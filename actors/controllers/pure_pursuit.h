@@ -14,7 +14,7 @@ namespace cairn::actors {
 /// look-ahead, an earlier slow-down and turning on while the way ahead is blocked solve nearly all, faster.
 struct PurePursuitParams {
   double planning_radius = 1.35;   ///< inflation of obstacles for its roadmap [R]
-  double min_spacing = 0.46;       ///< of its roadmap's vertices [R]
+  double min_spacing = 0.46;       ///< of its roadmap's vertices [R], at most r_ball
   double clearance = 0.81;         ///< of the straight line to the entry vertex [R]
   double look_ahead = 1.80;        ///< distance of the pursued point along the roadmap [R]
   double turn_angle = 0.5;         ///< heading error above which it turns in place [rad]

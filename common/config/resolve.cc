@@ -41,7 +41,9 @@ constexpr double kGoalToleranceRadii = 1.2;  // 0.052 m
 constexpr double kGoalDistanceRadii = 12;    // 0.516 m
 constexpr double kPointToleranceRadii = 3;   // 0.129 m; the paper's own square has 0.160 m
 
-constexpr double kMapFieldParts = 5;        // field nodes on an inscribed radius, of maps
+constexpr double kMazeFieldParts = 3;       // field nodes on an inscribed radius, of mazes
+constexpr double kCubeFieldParts = 4;       // of cubes
+constexpr double kMapFieldParts = 5;        // of maps
 constexpr double kMapFieldNodes = 1 << 25;  // 128 MiB of floats in each process
 
 void SetDefault(Message* message, const FieldDescriptor* field) {
@@ -138,25 +140,46 @@ void DeriveEnvironment(const VehicleConfig& config, const proto::Vehicle& vehicl
   environment->set_control_period(std::max(1.0, std::round(std::clamp(period, 0.004, 10.0) * rate)) / rate);
 }
 
-// A map's own cell or the largest whole part of it that no ball of r_ball = eta / 2 falls through.
+// A map's own cell or the largest whole part of it whose diagonal is at most r_ball = eta / 2. One of eta would do in
+// the open, but beside walls the nearest free centre is farther than half a diagonal.
 double GridCell(const ImportedMap* map, double eta) {
   if (map == nullptr || map->cell == 0) return kGridCellEtas * eta;
-  return map->cell / std::max(1.0, std::ceil(map->cell * std::sqrt(map->dimension) / eta - 1e-9));
+  return map->cell / std::max(1.0, std::ceil(2 * map->cell * std::sqrt(map->dimension) / eta - 1e-9));
 }
 
-double MaxSamples(const ImportedMap* map, double eta) {
-  if (map == nullptr) return kLeastMaxSamples;
-  const Vector3d cells = map->bounds.size() / eta;
-  const double count = cells.x() * cells.y() * (map->dimension == 3 ? cells.z() : 1);
+// Sides of the world [m]; z is not above 0 in the plane.
+Vector3d SizeOf(const ImportedMap* map, const proto::World& world) {
+  const double pitch = world.corridor_width() + world.wall_thickness();
+  const double maze = world.cells() * pitch + world.wall_thickness(), cube = world.rooms() * world.room_size();
+  const proto::Vector3 &min = world.bounds().min(), &max = world.bounds().max();
+  switch (world.kind()) {
+    case proto::World::CAR_MAZE:
+      return {maze, maze, 0};
+    case proto::World::CUBE_MAZE:
+      return {cube, cube, world.floors() * world.room_size()};
+    case proto::World::BOXES:
+      return {max.x() - min.x(), max.y() - min.y(), max.z() - min.z()};
+    case proto::World::MAP:
+      break;
+  }
+  return {map->bounds.size().x(), map->bounds.size().y(), map->dimension == 3 ? map->bounds.size().z() : 0};
+}
+
+double MaxSamples(const Vector3d& size, double eta) {
+  const Vector3d cells = size / eta;
+  const double count = cells.x() * cells.y() * (cells.z() > 0 ? cells.z() : 1);
   return std::clamp(kSamplesPerCell * count, kLeastMaxSamples, kMostMaxSamples);
 }
 
-void DerivePlanner(const VehicleConfig& vehicle, const ImportedMap* map, proto::Planner* planner) {
+void DerivePlanner(const VehicleConfig& vehicle, const ImportedMap* map, const proto::World& world,
+                   proto::Planner* planner) {
   const double circumscribed = vehicle.circumscribed_radius(), inscribed = vehicle.inscribed_radius();
   if (!planner->has_eta()) planner->set_eta(kEtaRadii * circumscribed);
   if (!planner->has_radius()) planner->set_radius(kPlanningRadii * inscribed);
   if (!planner->has_min_spacing()) planner->set_min_spacing(0.5 * planner->eta());
-  if (!planner->has_max_samples()) planner->set_max_samples(static_cast<int>(MaxSamples(map, planner->eta())));
+  if (!planner->has_max_samples()) {
+    planner->set_max_samples(static_cast<int>(MaxSamples(SizeOf(map, world), planner->eta())));
+  }
   if (!planner->has_grid_cell()) planner->set_grid_cell(GridCell(map, planner->eta()));
   if (!planner->has_grid_neighbors()) planner->set_grid_neighbors(vehicle.dimension() == 3 ? 26 : 8);
   if (!planner->has_repair_margin()) planner->set_repair_margin(kRepairRadii * circumscribed);
@@ -183,16 +206,22 @@ double MapFieldResolution(const ImportedMap& map, double inscribed) {
   return map.cell / std::max(1.0, std::min(parts, std::floor(map.cell / finest)));
 }
 
+// Resolves a maze's walls, and the robot where they are thicker than it.
+double FieldResolution(double inscribed, const ImportedMap* map, const proto::World& world) {
+  if (map != nullptr) return MapFieldResolution(*map, inscribed);
+  const double wall = world.wall_thickness();
+  if (world.kind() == proto::World::CAR_MAZE) return std::min(wall / 4, inscribed / kMazeFieldParts);
+  if (world.kind() == proto::World::CUBE_MAZE) return std::min(wall / 2, inscribed / kCubeFieldParts);
+  return inscribed / 10;
+}
+
 void DeriveWorld(double circumscribed, double inscribed, const ImportedMap* map, proto::World* world) {
   if ((world->has_goal_point() || world->has_start_point()) && !world->has_point_tolerance()) {
     world->set_point_tolerance(kPointToleranceRadii * circumscribed);
   }
   if (!world->has_goal_tolerance()) world->set_goal_tolerance(kGoalToleranceRadii * circumscribed);
   if (!world->has_goal_distance()) world->set_goal_distance(kGoalDistanceRadii * circumscribed);
-  if (world->has_field_resolution()) return;
-  const bool car_maze = world->kind() == proto::World::CAR_MAZE, cube = world->kind() == proto::World::CUBE_MAZE;
-  const double by_vehicle = map != nullptr ? MapFieldResolution(*map, inscribed) : inscribed / 10;
-  world->set_field_resolution(car_maze ? world->wall_thickness() / 4 : cube ? world->wall_thickness() / 2 : by_vehicle);
+  if (!world->has_field_resolution()) world->set_field_resolution(FieldResolution(inscribed, map, *world));
 }
 
 void DerivePersons(const VehicleConfig& config, proto::World* world) {
@@ -225,7 +254,7 @@ void Resolve(Draft* draft, const ImportedMap* map) {
   const double circumscribed = vehicle.circumscribed_radius();
   const double inscribed = vehicle.inscribed_radius();
   DeriveEnvironment(vehicle, experiment.vehicle(), experiment.mutable_environment());
-  DerivePlanner(vehicle, map, experiment.mutable_planner());
+  DerivePlanner(vehicle, map, experiment.world(), experiment.mutable_planner());
   DeriveObservation(circumscribed, experiment.mutable_observation());
   if (!experiment.world().has_unseen_obstacle_size()) {
     experiment.mutable_world()->set_unseen_obstacle_size(circumscribed);

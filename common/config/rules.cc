@@ -69,6 +69,24 @@ void CheckWorld(const Draft& draft) {
   }
 }
 
+// A path has costs beside itself only, and a file's roadmap is of one world.
+void CheckPlannerOfAnyGoal(const Draft& draft) {
+  const proto::Planner& planner = draft.message.planner();
+  const proto::World& world = draft.message.world();
+  const bool path = planner.kind() == proto::Planner::RRT || planner.kind() == proto::Planner::RRT_STAR;
+  if (planner.roadmap().empty() && path) {
+    ThrowUsageError("{}: does not go with goals = ANY ({}): a path has costs towards its own goal only",
+                    draft.Show("planner.kind", proto::Planner::Kind_Name(planner.kind())), draft.Origin("goals"));
+  }
+  const int worlds = world.training_worlds() + world.unseen_worlds();
+  if (!planner.roadmap().empty() && worlds > 1) {
+    ThrowUsageError(
+        "{}: is of one world, and world.training_worlds = {} and world.unseen_worlds = {} make {}; leave it out, and "
+        "each is planned for",
+        draft.Show("planner.roadmap", planner.roadmap()), world.training_worlds(), world.unseen_worlds(), worlds);
+  }
+}
+
 // What is said of many worlds and goals must mean something, and a policy that is told where it is cannot use it
 // elsewhere.
 void CheckGoals(const Draft& draft) {
@@ -86,6 +104,7 @@ void CheckGoals(const Draft& draft) {
     ThrowUsageError("{}: does not go with goals = ANY, which are told by the roadmap alone",
                     draft.Show("observation.position", "true"));
   }
+  if (any) CheckPlannerOfAnyGoal(draft);
 }
 
 // A vehicle without lag stands still at once in simulation: no factor makes a way of that.

@@ -130,6 +130,7 @@ World MakeCubeMaze(const WorldConfig& config) {
   const double side = config.rooms * config.room_size, height = config.floors * config.room_size;
   World world;
   world.dimension = 3;
+  world.walls_overlap = true;
   world.bounds = {Vector3d::Zero(), Vector3d(side, side, height)};
   RandomStream random(config.seed, RandomPurpose::kWorld);
   CubeBuilder builder(config, &world);

@@ -102,6 +102,7 @@ World MakeCarMaze(const WorldConfig& config) {
   ClearRegion(grid, lattice, world.start);
   ClearRegion(grid, lattice, world.goal);
   world.boxes = MergeRuns(grid, lattice);
+  world.walls_overlap = true;
   world.doors = Openings(grid, lattice);
   world.start_space = world.bounds;
   return world;

@@ -52,6 +52,8 @@ Reachability::Reachability(const World& world, const DistanceField& field, doubl
   for (int k = 0; k < world.dimension; ++k) {
     nodes_[k] = std::max(2, static_cast<int>(std::ceil(world.bounds.size()[k] / step_ - 1e-9)) + 1);
   }
+  first_ = nodes_;
+  last_.setZero();
   reached_.assign(static_cast<size_t>(nodes_.x()) * nodes_.y() * nodes_.z(), 0);
   std::vector<Eigen::Vector3i> front;
   double most_room = -std::numeric_limits<double>::infinity();
@@ -109,6 +111,8 @@ void Reachability::Visit(const Eigen::Vector3i& node, std::vector<Eigen::Vector3
   char& reached = reached_[Index(node)];
   if (reached || field_.Distance(NodePosition(node)) < radius_) return;
   reached = 1;
+  first_ = first_.cwiseMin(node);
+  last_ = last_.cwiseMax(node);
   front.push_back(node);
   ++num_reached_;
 }
@@ -145,6 +149,16 @@ bool Reachability::Reaches(const Vector3d& p) const {
     if (reached_[Index(corner + Eigen::Vector3i(i & 1, i >> 1 & 1, i >> 2 & 1))]) return true;
   }
   return false;
+}
+
+// Cells reach one node farther than their corners that are reached.
+Box Reachability::extent() const {
+  Box box;
+  for (int k = 0; k < world_.dimension; ++k) {
+    box.min[k] = world_.bounds.min[k] + step_ * std::max(0, first_[k] - 1);
+    box.max[k] = std::min(world_.bounds.max[k], world_.bounds.min[k] + step_ * (last_[k] + 1));
+  }
+  return box;
 }
 
 void Reachability::CheckStart() const {

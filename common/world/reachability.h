@@ -26,6 +26,9 @@ class Reachability {
   /// The free point of the goal region with the most room, on the grid or a 17-fold division of the region.
   const Vector3d& goal_point() const { return goal_point_; }
 
+  /// Box around all p with Reaches(p), within the bounds.
+  Box extent() const;
+
   /// Share of the field's free nodes from which the goal can be reached.
   double share() const {
     return static_cast<double>(num_reached_) / static_cast<double>(std::max<int64_t>(1, num_free_));
@@ -51,6 +54,7 @@ class Reachability {
   Eigen::Vector3i nodes_;
   Vector3d goal_point_;
   std::vector<char> reached_;               // per node
+  Eigen::Vector3i first_, last_;            // corners of the box of nodes that are reached
   int64_t num_free_ = 0, num_reached_ = 0;  // nodes
 };
 

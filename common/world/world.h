@@ -38,6 +38,9 @@ struct World {
   Box start_space;  ///< where starts are drawn from, unless environment.start says otherwise
   /// The obstacles are a map's cells merged as it came: they say nothing about how thick walls are.
   bool imported = false;
+  /// Obstacles that meet overlap by a wall's thickness, as a maze's do, so that no wall is thinner than the thinnest
+  /// obstacle. Where they only touch, at corners or along arcs, it is.
+  bool walls_overlap = false;
 
   /// True when p lies in the region, edges included, over this world's dimensions.
   bool Contains(const Box& region, const Vector3d& p) const;

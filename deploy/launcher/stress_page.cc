@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "common/config/conditions.h"
+#include "common/core/check.h"
 #include "common/core/files.h"
 #include "common/core/log.h"
 #include "deploy/launcher/planned_world.h"
@@ -79,6 +81,8 @@ class StressPage {
   }
 
  private:
+  using Summaries = std::vector<std::pair<std::string, EvaluationSummary>>;  // by controller
+
   void DriveAt(const Knob& knob, const ConditionPoint& point) {
     std::vector<std::string> overrides = conditions_.overrides;
     overrides.insert(overrides.end(), options_.overrides.begin(), options_.overrides.end());
@@ -86,19 +90,20 @@ class StressPage {
     // Where a knob is at rest every page says the same.
     auto [known, is_new] = summaries_.try_emplace(fmt::format("{}", fmt::join(overrides, " ")));
     if (is_new) known->second = Drive(overrides);
-    for (size_t i = 0; i < controllers_.size(); ++i) {
-      results_.push_back({&knob, &point, controllers_[i], known->second[i]});
-      log::Info("{} = {}: {}: {}", knob.name, point.value, controllers_[i], ToString(known->second[i]));
+    for (const auto& [controller, summary] : known->second) {
+      results_.push_back({&knob, &point, controller, summary});
+      log::Info("{} = {}: {}: {}", knob.name, point.value, controller, ToString(summary));
     }
   }
 
-  // One summary a controller.
-  std::vector<EvaluationSummary> Drive(const std::vector<std::string>& overrides) {
+  Summaries Drive(const std::vector<std::string>& overrides) {
     const Experiment experiment = ChangedExperiment(run_, own_, overrides, options_.seed);
     Plan(experiment);
     const std::shared_ptr<const actors::Scene> scene = MakePlannedScene(experiment, *planned_);
-    std::vector<EvaluationSummary> summaries;
-    for (const Driver& driver : drivers_) summaries.push_back(Summarise(RunTrials(scene, driver, conditions_.trials)));
+    Summaries summaries;
+    for (const auto& [controller, driver] : drivers_) {
+      summaries.emplace_back(controller, Summarise(RunTrials(scene, driver, conditions_.trials)));
+    }
     return summaries;
   }
 
@@ -112,8 +117,13 @@ class StressPage {
     drivers_.clear();
     names_.clear();
     for (const std::string& controller : controllers_) {
-      drivers_.push_back(MakeDriver(controller, run_, own_, options_.policy, experiment));
-      names_.push_back(drivers_.back().name);
+      try {
+        drivers_.emplace_back(controller, MakeDriver(controller, run_, own_, options_.policy, experiment));
+        names_.push_back(drivers_.back().second.name);
+      } catch (const UsageError& error) {
+        if (controllers_.size() == 1 || controller != "pure_pursuit") throw;
+        log::Warning("pure_pursuit is left out: {}", error.what());  // it stands beside the policy where it can
+      }
     }
   }
 
@@ -122,10 +132,10 @@ class StressPage {
   const LoadedExperiment& own_;
   Conditions conditions_;
   std::vector<std::string> controllers_, names_;
-  std::vector<Driver> drivers_;
+  std::vector<std::pair<std::string, Driver>> drivers_;  // by controller
   std::optional<PlannedWorld> planned_;
   Experiment planned_for_;
-  std::map<std::string, std::vector<EvaluationSummary>> summaries_;  // by overrides
+  std::map<std::string, Summaries> summaries_;  // by overrides
   std::vector<StressResult> results_;
 };
 

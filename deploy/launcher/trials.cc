@@ -59,8 +59,13 @@ Driver MakePolicyDriver(const RunDirectory& run, const LoadedExperiment& own, co
 
 Driver MakePurePursuitDriver(Experiment experiment) {
   experiment.planner = actors::PurePursuit::Planner(experiment);
-  auto scene = std::make_shared<actors::Scene>(experiment);
-  scene->SetTable(PlanWorld(experiment, experiment.planner).MakeLookup());
+  std::shared_ptr<actors::Scene> scene;
+  try {
+    scene = std::make_shared<actors::Scene>(experiment);
+    scene->SetTable(PlanWorld(experiment, experiment.planner).MakeLookup());
+  } catch (const UsageError& error) {  // it keeps farther from walls than the experiment's planner may
+    ThrowUsageError("pure pursuit's own roadmap: {}", error.what());
+  }
   return {fmt::format("pure pursuit (roadmap with {:.3f} m to walls)", experiment.planner.radius), 0,
           [scene = std::move(scene), tables = MakeLocalTables(experiment)] {
             return std::make_unique<actors::PurePursuit>(scene, tables);

@@ -8,7 +8,7 @@ Coverage::Coverage(const FreeSpace& space, double r_ball, int samples, uint64_t 
     : r_ball_(r_ball), tree_(space.world().dimension), covered_(samples, 0) {
   RandomStream random(seed, RandomPurpose::kPlanner, 1);
   for (int i = 0; i < samples; ++i) {
-    const auto p = space.Draw(space.world().bounds, random);
+    const auto p = space.Draw(random);
     if (!p) ThrowError("world.bounds: free space is too small a part of it for a roadmap by sampling");
     samples_.push_back(*p);
     tree_.Add(*p);

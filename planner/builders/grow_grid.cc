@@ -124,10 +124,11 @@ class Grid {
       });
     });
     if (coverage_ >= config.coverage) return;
+    const double smaller = 0.5 * std::min(lattice_.cell(), config.eta / std::sqrt(world_.dimension));
     ThrowUsageError(
         "planner.grid_cell = {} m: cells cover {:.5f} of free space within r_ball = eta / 2, below planner.coverage = "
-        "{}; a smaller cell covers more, in the open one of 2 r_ball / √{} = {:.4g} m or less all",
-        lattice_.cell(), coverage_, config.coverage, world_.dimension, config.eta / std::sqrt(world_.dimension));
+        "{}; a smaller cell covers more: try {:.4g} m",
+        lattice_.cell(), coverage_, config.coverage, smaller);
   }
 
   Roadmap MakeRoadmap() const {

@@ -13,14 +13,16 @@ namespace cairn::planner {
 /// it is made from.
 class FreeSpace {
  public:
-  FreeSpace(const World& world, const SweptSphereChecker& checker, const Reachability& reachability)
-      : world_(world), checker_(checker), reachability_(reachability) {}
+  FreeSpace(const World& world, const SweptSphereChecker& checker, const Reachability& reachability);
 
   bool Contains(const Vector3d& p) const { return reachability_.Reaches(p) && checker_.Free(p); }
 
   /// Uniform point of the free part of `region`, rounded to float as roadmaps store it. None when 10 million tries
   /// found no free point.
   std::optional<Vector3d> Draw(const Box& region, RandomStream& random) const;
+
+  /// Uniform point of all free space, likewise.
+  std::optional<Vector3d> Draw(RandomStream& random) const { return Draw(region_, random); }
 
   const World& world() const { return world_; }
   const SweptSphereChecker& checker() const { return checker_; }
@@ -29,6 +31,7 @@ class FreeSpace {
   const World& world_;
   const SweptSphereChecker& checker_;
   const Reachability& reachability_;
+  Box region_;  // that free space lies in
 };
 
 /// p as a roadmap stores it; z = 0 in the plane.

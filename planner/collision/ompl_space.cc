@@ -68,21 +68,20 @@ class Sampler : public ob::ValidStateSampler {
   Sampler(const ob::SpaceInformation* information, const FreeSpace& space, uint64_t seed)
       : ob::ValidStateSampler(information), space_(space), random_(seed, RandomPurpose::kPlanner) {}
 
-  bool sample(ob::State* state) override { return DrawFrom(space_.world().bounds, state); }
+  bool sample(ob::State* state) override { return Store(space_.Draw(random_), state); }
 
   // OMPL's contract: within `distance` of `near`; the box around it, cut to the bounds, is drawn from.
   bool sampleNear(ob::State* state, const ob::State* near, double distance) override {
     const World& world = space_.world();
     const Vector3d center = ToPosition(near, world.dimension);
     const double half = distance / std::sqrt(world.dimension);
-    return DrawFrom({(center.array() - half).matrix().cwiseMax(world.bounds.min),
-                     (center.array() + half).matrix().cwiseMin(world.bounds.max)},
-                    state);
+    const Box region{(center.array() - half).matrix().cwiseMax(world.bounds.min),
+                     (center.array() + half).matrix().cwiseMin(world.bounds.max)};
+    return Store(space_.Draw(region, random_), state);
   }
 
  private:
-  bool DrawFrom(const Box& region, ob::State* state) {
-    const auto p = space_.Draw(region, random_);
+  bool Store(const std::optional<Vector3d>& p, ob::State* state) const {
     if (p) ToState(*p, space_.world().dimension, state);
     return p.has_value();
   }

@@ -182,6 +182,39 @@ TEST(PlannerRejectTest, CostsReadThroughTheWallOfAnImportedMapAreFoundBySampling
   EXPECT_EQ(Message(world, config), "");
 }
 
+// Between two rooms that only a long way round joins: each obstacle alone is thick, what they make together is not.
+TEST(PlannerRejectTest, CostsReadThroughWhereObstaclesTouchAreFoundBySampling) {
+  World world;
+  world.bounds = {Vector3d(0, 0, 0), Vector3d(2, 2, 0)};
+  world.start = {Vector3d(0, 0, 0), Vector3d(0.3, 0.3, 0)};
+  world.goal = {Vector3d(0, 1.7, 0), Vector3d(0.3, 2, 0)};
+  for (int i = 0; i < 10; ++i) world.cylinders.push_back({Vector3d(0.19 * i, 1, 0), 0.1, 0});
+  PlannerConfig config;
+  config.eta = 0.5;  // below 0.51, what the thinnest obstacle allows
+  const auto refused = testing::AllOf(testing::HasSubstr(" m: at ("), testing::HasSubstr("behind a wall"),
+                                      testing::HasSubstr("is certain to pass"));
+  EXPECT_THAT(Message(world, config), refused);
+  config.eta = 0.1;
+  EXPECT_EQ(Message(world, config), "");
+
+  world.cylinders.clear();  // boxes that touch at their corners
+  for (int i = 0; i < 4; ++i)
+    world.boxes.push_back({Vector3d(0.4 * i, 1 - 0.4 * (i % 2), 0), Vector3d(0.4 * i + 0.4, 1.4 - 0.4 * (i % 2), 0)});
+  config.eta = 0.5;
+  EXPECT_THAT(Message(world, config), refused);
+  config.eta = 0.1;
+  EXPECT_EQ(Message(world, config), "");
+}
+
+// Their thinnest obstacle is their thinnest wall: nothing is sampled.
+TEST(PlannerTest, WallsOfMazesOverlap) {
+  EXPECT_TRUE(Maze(1).world.walls_overlap);
+  WorldConfig cube;
+  cube.kind = WorldConfig::Kind::kCubeMaze;
+  cube.wall_thickness = 0.01;
+  EXPECT_TRUE(MakeWorld(cube).walls_overlap);
+}
+
 TEST(PlannerRejectTest, SpacingThatCannotCoverIsRefused) {
   PlannerConfig config;
   config.min_spacing = 0.051;

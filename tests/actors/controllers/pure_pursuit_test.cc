@@ -39,6 +39,12 @@ TEST(PurePursuitTest, PlansFartherFromWallsThanTheVehicleReaches) {
   EXPECT_EQ(planner.eta, experiment.planner.eta);
 }
 
+TEST(PurePursuitTest, ItsRoadmapIsNoCoarserThanASmallEtaAllows) {
+  Experiment experiment;
+  experiment.planner.eta = 0.035;
+  EXPECT_EQ(PurePursuit::Planner(experiment).min_spacing, 0.0175);
+}
+
 TEST(PurePursuitTest, CruisesAlongAStraightRoadmap) {
   const PurePursuit controller(StraightLine());
   double speed = 0, yaw_rate = 0;

@@ -5,6 +5,10 @@
 #include <cmath>
 #include <filesystem>
 
+#include "common/world/distance_field.h"
+#include "common/world/reachability.h"
+#include "common/world/world.h"
+
 namespace cairn {
 namespace {
 
@@ -34,6 +38,36 @@ TEST(LoadTest, LengthsFollowFromTheVehiclesRadii) {
   EXPECT_NEAR(experiment.observation.ray_scale, 1.4 * circumscribed, 1e-12);
   EXPECT_NEAR(experiment.observation.look_ahead_clearance, 0.35 * circumscribed, 1e-12);
   EXPECT_NEAR(experiment.world.field_resolution, 0.005, 1e-15);
+}
+
+TEST(LoadTest, LargeWorldsMayTakeMoreSamples) {
+  const auto max_samples = [](const std::string& text) { return Parse(text).experiment.planner.max_samples; };
+  EXPECT_EQ(max_samples(""), 2000000);
+  EXPECT_NEAR(max_samples("world { cells: 10 corridor_width: 0.9 wall_thickness: 0.1 square: 1 } planner { eta: 0.1 }"),
+              10201000, 1);
+  EXPECT_NEAR(max_samples("world { kind: CUBE_MAZE rooms: 4 floors: 2 room_size: 1 } vehicle { kind: QUADROTOR } "
+                          "planner { eta: 0.2 }"),
+              4000000, 1);
+  EXPECT_NEAR(max_samples("world { kind: BOXES bounds { min { x: -5 } max { x: 5 y: 8 } } start { max { x: 1 y: 1 } } "
+                          "goal { max { x: 1 y: 1 } } } planner { eta: 0.1 }"),
+              8000000, 1);
+}
+
+TEST(LoadTest, TheFieldOfAMazeResolvesItsWallsAndTheRobot) {
+  EXPECT_EQ(Parse("").experiment.world.field_resolution, 0.005);
+  EXPECT_NEAR(Parse("world { wall_thickness: 0.6 }").experiment.world.field_resolution, 0.025 / 3, 1e-12);
+  const std::string quadrotor = "vehicle { kind: QUADROTOR } ";
+  EXPECT_NEAR(Parse(quadrotor + "world { kind: CUBE_MAZE }").experiment.world.field_resolution, 0.01, 1e-12);
+  EXPECT_NEAR(Parse(quadrotor + "world { kind: CUBE_MAZE wall_thickness: 0.06 }").experiment.world.field_resolution,
+              0.045 / 4, 1e-12);
+}
+
+// The paper's car in a maze of thick walls.
+TEST(LoadTest, AMazeOfThickWallsHasRoom) {
+  const Experiment experiment = Parse("world { cells: 4 wall_thickness: 0.6 square: 0.74 }").experiment;
+  const World world = MakeWorld(experiment.world);
+  const DistanceField field(world, experiment.world.field_resolution);
+  EXPECT_NO_THROW(Reachability(world, field, experiment.planner.radius).CheckStart());
 }
 
 TEST(LoadTest, ThePapersCarGetsTheMetresOfTheRecipe) {

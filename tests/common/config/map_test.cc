@@ -47,12 +47,12 @@ TEST_F(MapExperimentTest, AMapIsFoundBesideItsFile) {
   EXPECT_TRUE(world.goal.max.isApprox(Vector3d(2 + side, 2 + side, 0)));
 }
 
-// Cells of the map, or whole parts of them that balls of eta / 2 cover.
+// Cells of the map, or whole parts of them with a diagonal of eta / 2.
 TEST_F(MapExperimentTest, TheGridHasTheMapsCells) {
   const std::string world = "world { kind: MAP map: \"room.map\" goal_point { x: 2 y: 2 } } ";
-  EXPECT_EQ(Load(world + "planner { eta: 1.5 }").experiment.planner.grid_cell, 1);
-  EXPECT_EQ(Load(world + "planner { eta: 1.4 }").experiment.planner.grid_cell, 0.5);
-  EXPECT_EQ(Load(world + "planner { eta: 0.4 }").experiment.planner.grid_cell, 0.25);
+  EXPECT_EQ(Load(world + "planner { eta: 2.9 }").experiment.planner.grid_cell, 1);
+  EXPECT_EQ(Load(world + "planner { eta: 2.8 }").experiment.planner.grid_cell, 0.5);
+  EXPECT_EQ(Load(world + "planner { eta: 0.8 }").experiment.planner.grid_cell, 0.25);
   EXPECT_EQ(Load(world + "planner { eta: 0.4 grid_cell: 1 }").experiment.planner.grid_cell, 1);
 }
 
@@ -77,6 +77,15 @@ TEST_F(MapExperimentTest, ARoadmapIsFoundBesideItsFileAndKnownByItsBytes) {
   EXPECT_THAT(Error(loaded.resolved_text), AllOf(HasSubstr("planner.roadmap_hash = "), HasSubstr("has changed")));
   directory_.Write("a.roadmap", "other");
   EXPECT_NE(Load("planner { roadmap: \"a.roadmap\" }").hash, loaded.hash);
+}
+
+TEST_F(MapExperimentTest, ARoadmapIsOfOneWorld) {
+  directory_.Write("a.roadmap", "bytes");
+  const std::string any = "goals: ANY observation { position: false } planner { kind: RRT roadmap: \"a.roadmap\" } ";
+  EXPECT_NO_THROW(Load(any)) << "the kind is not read";
+  EXPECT_THAT(Error(any + "world { training_worlds: 2 }"),
+              AllOf(HasSubstr("planner.roadmap = "), HasSubstr("is of one world"),
+                    HasSubstr("world.training_worlds = 2 and world.unseen_worlds = 0 make 2")));
 }
 
 TEST_F(MapExperimentTest, ArgumentsStandInForTheFilesWorld) {

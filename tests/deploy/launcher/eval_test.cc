@@ -212,6 +212,25 @@ TEST_F(EvalTest, ConditionsAreDrivenOneAfterTheOther) {
   EXPECT_THAT(ReadText(svg), testing::AllOf(HasSubstr("Delay"), HasSubstr("pure pursuit"), HasSubstr("</svg>")));
 }
 
+// A corridor that the planner's radius fits through and the larger one of pure pursuit does not.
+TEST_F(EvalTest, PurePursuitIsLeftOutWhereItsOwnRoadmapHasNoRoom) {
+  SaveRandomPolicy("last");
+  WriteText(directory_ / "c.textproto", "knob { name: \"Delay\" unit: \"s\" point { value: 0 } }");
+  const std::vector<std::string> narrow{"--set", "world.corridor_width=0.1", "--set", "world.square=0.15"};
+  std::vector<std::string> arguments{"--json", "--conditions", directory_ / "c.textproto"};
+  arguments.insert(arguments.end(), narrow.begin(), narrow.end());
+  const ProgramResult result = RunEval(arguments);
+  const auto json = Json(result);
+  ASSERT_EQ(json.at("results").size(), 1u);
+  EXPECT_EQ(json.at("results")[0].at("controller"), "policy");
+  EXPECT_EQ(json.at("drivers").size(), 1u);
+  EXPECT_THAT(result.err, HasSubstr("pure_pursuit is left out: pure pursuit's own roadmap: world.start"));
+  arguments.insert(arguments.end(), {"--controller", "pure_pursuit"});
+  const ProgramResult typed = RunEval(arguments);
+  EXPECT_EQ(typed.exit_code, 2);
+  EXPECT_THAT(typed.err, HasSubstr("pure pursuit's own roadmap: world.start"));
+}
+
 TEST_F(EvalTest, WhatIsMissingOrForeignIsNamed) {
   const ProgramResult none = RunEval();
   EXPECT_EQ(none.exit_code, 2);

@@ -117,13 +117,28 @@ std::string Message(const World& world, const PlannerConfig& config) {
   return "";
 }
 
-TEST(GrowGridRejectTest, CellsThatDoNotCoverFreeSpaceAreNamedWithTheLargestThatDo) {
+// Beside walls, a cell whose diagonal is eta covers too little, and half of it enough.
+TEST(GrowGridRejectTest, WhatIsTriedInThePlaceOfACellThatDoesNotCoverCovers) {
+  const CellGrid grid = RandomCells({16, 12, 1}, 0.04, 1);
+  World world = WorldOf(grid);
+  world.goal = world.bounds;
+  PlannerConfig config = GridConfig(grid, 0.74);
+  config.eta = 1.42;
+  config.min_spacing = 0;
+  config.coverage = 0.999;
+  EXPECT_THAT(Message(world, config), testing::AllOf(testing::HasSubstr("planner.grid_cell = 1 m: cells cover 0."),
+                                                     testing::HasSubstr("try 0.5 m")));
+  config.grid_cell = 0.5;
+  EXPECT_EQ(Message(world, config), "");
+}
+
+TEST(GrowGridRejectTest, CellsThatDoNotCoverFreeSpaceAreNamedWithSmallerOnes) {
   PlannerConfig config;
   config.kind = PlannerConfig::Kind::kGrid;
   config.grid_cell = 0.12;  // half a diagonal is 0.085 m, r_ball 0.05 m
   EXPECT_THAT(Message(TwoRooms(2), config),
               testing::AllOf(testing::HasSubstr("planner.grid_cell = 0.12 m: cells cover 0."),
-                             testing::HasSubstr("0.07071 m or less")));
+                             testing::HasSubstr("try 0.03536 m")));
 }
 
 TEST(GrowGridRejectTest, TooManyCellsAndAGoalBetweenCellsAreNamed) {
