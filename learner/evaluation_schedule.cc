@@ -114,6 +114,7 @@ void EvaluationSchedule::OnConsumption(const EvaluationReport& report, const Eva
 
 // The later of two equally good policies has seen more; equal success is decided by the time to the goal.
 void EvaluationSchedule::OnValidation(const EvaluationReport& report, const EvaluationSummary& summary) {
+  last_validated_ = report.request.version;
   const auto policy = pending_.find(report.request.version);
   if (policy == pending_.end()) return;
   const std::pair<double, double> score{summary.success_rate, -summary.mean_time_to_goal};
@@ -127,7 +128,7 @@ void EvaluationSchedule::OnValidation(const EvaluationReport& report, const Eval
 
 std::optional<EvaluationSummary> EvaluationSchedule::Test(const PolicySnapshot& last) {
   ReceiveAll();
-  if (!evaluator_->stopped() && best_ && best_->version != last.version) {
+  if (!evaluator_->stopped() && best_ && best_->version != last.version && last_validated_ != last.version) {
     Ask(StartSet::kValidation, config_.validation_starts, last, num_checks_);
     Receive(true);
   }

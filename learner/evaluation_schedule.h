@@ -49,8 +49,8 @@ class EvaluationSchedule {
   /// Blocks until no policy is under evaluation, validations that a check leads to included.
   void ReceiveAll();
 
-  /// Validates the last policy when any policy was validated, then tests the best (or else the last) one; blocks.
-  /// Returns nullopt when the run was stopped.
+  /// Validates the last policy when any policy was validated and it was not, then tests the best (or else the last)
+  /// one; blocks. Returns nullopt when the run was stopped.
   std::optional<EvaluationSummary> Test(const PolicySnapshot& last);
 
   /// True once after `collapse_checks` checks in a row failed at least half of their starts, after one that solved all.
@@ -88,7 +88,8 @@ class EvaluationSchedule {
   int last_solved_ = -1;
   int failed_checks_ = 0;
   bool collapsed_ = false;
-  int hovering_checks_ = 0;  // since launch or resume
+  int hovering_checks_ = 0;      // since launch or resume
+  int64_t last_validated_ = -1;  // version, since launch or resume
   std::optional<PolicySnapshot> best_;
   std::pair<double, double> best_score_{-1, 0};  // success rate, minus mean time to goal
   std::optional<EvaluationSummary> test_;

@@ -149,10 +149,10 @@ void RunReport::Visit(const RunCounters& counters, Algorithm* algorithm) {
   }
   if (Clock::now() - last_telemetry_ < kTelemetryInterval) return;
   if (!log_error_.empty()) {
-    log_error_.clear();
     TryToWrite([this] {
       episode_log_->Flush();
       events_->Flush();
+      log_error_.clear();
     });
   }
   Telemetry(counters);

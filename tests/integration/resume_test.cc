@@ -1,4 +1,5 @@
 // Runs that go on with another experiment.textproto than they were interrupted with.
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>

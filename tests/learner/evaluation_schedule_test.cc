@@ -134,6 +134,17 @@ TEST_F(EvaluationScheduleTest, TestsTheBestValidatedPolicyOnce) {
   EXPECT_THAT(evaluator_.Versions(StartSet::kValidation), ElementsAre(100, 300, 500, 520)) << "the last one as well";
 }
 
+TEST_F(EvaluationScheduleTest, TheLastPolicyIsNotValidatedTwice) {
+  evaluator_.successes = [](const EvaluationRequest& r) {
+    return r.set != StartSet::kValidation ? 1000 : r.version == 300 ? 50 : 49;
+  };
+  EvaluationSchedule schedule = Make();
+  for (int64_t steps = 100; steps <= 500; steps += 100) VisitAt(&schedule, steps);
+  ASSERT_TRUE(schedule.Test({500, 500, {500.0f}}));
+  EXPECT_THAT(evaluator_.Versions(StartSet::kValidation), ElementsAre(100, 300, 500)) << "by the check just before";
+  EXPECT_THAT(evaluator_.Versions(StartSet::kTest), ElementsAre(300));
+}
+
 TEST_F(EvaluationScheduleTest, EqualSuccessIsDecidedByTimeThenByAge) {
   evaluator_.duration = [](const EvaluationRequest& r) { return r.version == 100 ? 4.0f : 5.0f; };
   EvaluationSchedule schedule = Make();

@@ -2,19 +2,25 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <nlohmann/json.hpp>
 
+#include "common/core/clock.h"
 #include "common/core/hash.h"
 
 namespace cairn::learner {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::Each;
+using ::testing::HasSubstr;
 
 BusConfig MakeBusConfig() { return {TransportConfig().group, 22000, 0, RandomId(), RandomId()}; }
 
@@ -101,6 +107,43 @@ TEST_F(RunReportTest, TheSummaryHasTheBadUpdatesOfTheEnd) {
   result.bad_updates = 4;
   report_->Finish({}, result);
   EXPECT_EQ(nlohmann::json::parse(Text(directory_ / "summary.json"))["bad_updates"], 4);
+}
+
+// A limit on the size of files stands for a disk that is full for a while. Tried again with each telemetry.
+TEST_F(RunReportTest, ADiskThatStaysFullIsSaidOnce) {
+  BusConfig config = bus_.config();
+  config.session = RandomId();
+  Bus people(config);
+  std::vector<std::string> warnings;
+  people.Subscribe<LearnerTelemetry>(
+      Plane::kTelemetry, kLearnerChannel,
+      [&](const LearnerTelemetry& t, const FrameInfo&) { warnings.push_back(t.warning); });
+  const auto visit_until = [&](const auto& done) {
+    warnings.clear();
+    for (const TimePoint end = Clock::now() + std::chrono::seconds(20); Clock::now() < end && !done();) {
+      VisitAt(0, {});
+      people.Poll(std::chrono::milliseconds(5));
+    }
+  };
+  rlimit old_limit{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &old_limit), 0);
+  const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit limit = old_limit;
+  limit.rlim_cur = 2000;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
+  ::testing::internal::CaptureStderr();
+  report_->OnEpisodes(std::vector<EpisodeResult>(100), 0);
+  report_->FlushEpisodes();
+  visit_until([&] { return warnings.size() >= 4; });
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_THAT(warnings, Each(HasSubstr("episodes.csv")));
+  EXPECT_THAT(said, HasSubstr("episodes.csv"));
+  EXPECT_EQ(said.find("episodes.csv"), said.rfind("episodes.csv")) << said;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &old_limit), 0);
+  std::signal(SIGXFSZ, old_handler);
+  visit_until([&] { return !warnings.empty() && warnings.back().empty(); });
+  ASSERT_FALSE(warnings.empty());
+  EXPECT_EQ(warnings.back(), "") << "there is room again";
 }
 
 }  // namespace
