@@ -66,7 +66,7 @@ CellGrid ReadRos(const std::string& path, int64_t max_cells) {
 CellGrid ReadCells(Format format, const std::string& path, const MapOptions& options) {
   switch (format) {
     case Format::kOctomap:
-      return ReadOctomap(ReadBounded(path, kMaxBytes), path, options.slice, options.max_cells);
+      return ReadOctomap(ReadBounded(path, kMaxBytes), path, options.slice, options.max_cells, options.unknown_is_free);
     case Format::kMovingAi:
       return ReadMovingAi(ReadBounded(path, kMaxBytes), path, options.cell_size.value_or(1), options.max_cells);
     default:

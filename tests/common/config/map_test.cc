@@ -79,6 +79,13 @@ TEST_F(MapExperimentTest, ARoadmapIsFoundBesideItsFileAndKnownByItsBytes) {
   EXPECT_NE(Load("planner { roadmap: \"a.roadmap\" }").hash, loaded.hash);
 }
 
+TEST_F(MapExperimentTest, BoundsThatAreInsideOutAreRefused) {
+  const std::string bounds = "world { kind: MAP map: \"room.map\" goal_point { x: 2 y: 2 } bounds ";
+  EXPECT_NO_THROW(Load(bounds + "{ max { x: 5 y: 5 } } }"));
+  EXPECT_THAT(Error(bounds + "{ min { z: 1 } max { x: 5 y: 5 } } }"), HasSubstr("world.bounds is empty"));
+  EXPECT_THAT(Error(bounds + "{ min { x: 6 } max { x: 5 y: 5 } } }"), HasSubstr("world.bounds is empty"));
+}
+
 TEST_F(MapExperimentTest, ARoadmapIsOfOneWorld) {
   directory_.Write("a.roadmap", "bytes");
   const std::string any = "goals: ANY observation { position: false } planner { kind: RRT roadmap: \"a.roadmap\" } ";
