@@ -28,9 +28,6 @@ class CommandDelay {
 
   const VehicleCommand& command(int number) const;
 
-  /// [physics steps]
-  int64_t delay() const { return delay_; }
-
   void Write(BlobWriter& blob) const;
   void Read(BlobReader& blob);
 

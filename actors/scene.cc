@@ -119,7 +119,7 @@ Box Scene::DrawGoal(StartSet set, int index) const {
     most_room = std::max(most_room, room);
     if (room >= 2 * experiment_.world.goal_tolerance * (1 - 1e-9)) break;
   }
-  if (found == 0) ThrowNoRoom("goal", space);
+  if (found == 0) ThrowNoRoom("goal", clearance, space);
   return roomiest;
 }
 
@@ -175,7 +175,7 @@ Pose Scene::DrawStart(RandomStream& random, const Box& region, const DrawPoint& 
     const double yaw = experiment_.vehicle.turns() ? random.Uniform(-std::numbers::pi, std::numbers::pi) : 0;
     return {p.x(), p.y(), yaw, p.z()};
   }
-  ThrowNoRoom("start", region);
+  ThrowNoRoom("start", clearance, region);
 }
 
 // Any goal: a start from which the roadmap does not lead there is none, and one beside it teaches nothing.
@@ -185,11 +185,9 @@ bool Scene::TooNear(const Vector3d& p, int draw) const {
   return !std::isfinite(cost) || (draw < kDistantDraws && cost < experiment_.world.goal_distance);
 }
 
-void Scene::ThrowNoRoom(const char* what, const Box& region) const {
-  ThrowUsageError(
-      "vehicle: no free {} for its circumscribed radius of {:.4g} m among {} draws in x {}..{} m, y {}..{} m", what,
-      experiment_.vehicle.circumscribed_radius(), kMaxDraws, region.min.x(), region.max.x(), region.min.y(),
-      region.max.y());
+void Scene::ThrowNoRoom(const char* what, double clearance, const Box& region) const {
+  ThrowUsageError("vehicle: no free {} {:.4g} m from obstacles among {} draws in x {}..{} m, y {}..{} m", what,
+                  clearance, kMaxDraws, region.min.x(), region.max.x(), region.min.y(), region.max.y());
 }
 
 }  // namespace cairn::actors

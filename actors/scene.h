@@ -47,7 +47,7 @@ class Scene {
   /// outside the goal, goal reachable; with goals = ANY at least world.goal_distance away where a thousand draws find
   /// such a place), or in the start region, or spread over the table's cost-to-go; yaw uniform, 0 for a vehicle that
   /// keeps it. Training: from (seed, vehicle, kStart, episode), and the table where environment.start is COST_TO_GO or
-  /// goals = ANY. Throws UsageError when a million draws find none. UsageError when a million draws find none.
+  /// goals = ANY. Throws UsageError when a million draws find none.
   Pose TrainingStart(int vehicle, int episode) const;
 
   /// Start `index` of a fixed evaluation set: uniform over free space whatever environment.start says; of all seeds it
@@ -101,7 +101,7 @@ class Scene {
   const Box& StartSpace() const;
   Pose DrawStartIn(RandomStream& random, const Box& region) const;
   bool TooNear(const Vector3d& p, int draw) const;
-  [[noreturn]] void ThrowNoRoom(const char* what, const Box& region) const;
+  [[noreturn]] void ThrowNoRoom(const char* what, double clearance, const Box& region) const;
 
   Experiment experiment_;
   int control_physics_steps_;

@@ -12,8 +12,6 @@ namespace cairn::actors {
 struct Findings {
   std::vector<Vector3d> found;  ///< something stands here
   std::vector<Vector3d> freed;  ///< places of marks at which nothing stands
-
-  bool empty() const { return found.empty() && freed.empty(); }
 };
 
 /// Holds what a vehicle sees and touches against what the planner knows: its world and the marks of the table.

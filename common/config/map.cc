@@ -41,8 +41,9 @@ std::optional<Box> WindowOf(const Draft& draft) {
   Box window;
   window.min = {bounds.min().x(), bounds.min().y(), bounds.min().z()};
   window.max = {bounds.max().x(), bounds.max().y(), bounds.max().z()};
-  if (!(window.min.x() < window.max.x() && window.min.y() < window.max.y())) {
-    ThrowUsageError("{}: world.bounds is empty: min must be below max", draft.Origin("world.bounds"));
+  if (!(window.min.x() < window.max.x() && window.min.y() < window.max.y() && window.min.z() <= window.max.z())) {
+    ThrowUsageError("{}: world.bounds is empty: min must be below max, and in z not above it",
+                    draft.Origin("world.bounds"));
   }
   return window;
 }

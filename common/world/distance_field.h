@@ -19,15 +19,14 @@ class DistanceField {
   double Distance(const Vector3d& p) const;
 
   /// True when every point of the segment a–b keeps at least `clearance` [m] (sphere tracing on the interpolated
-  /// field). With clearance = c + certified_margin() the true distance is certainly ≥ c all along.
+  /// field). With clearance = c + interpolation_error() + smallest_step() / 2 the true distance is certainly ≥ c all
+  /// along.
   bool SegmentClear(const Vector3d& a, const Vector3d& b, double clearance) const;
 
   double resolution() const { return resolution_; }
   int dimension() const { return dimension_; }
   /// Largest difference between Distance and the true distance [m]: resolution · √dimension / 2.
   double interpolation_error() const;
-  /// What to add to a clearance so that SegmentClear proves it [m]: interpolation error and half a smallest step.
-  double certified_margin() const { return interpolation_error() + 0.5 * smallest_step(); }
   /// Sphere tracing never advances by less [m].
   double smallest_step() const { return 0.25 * resolution_; }
 

@@ -14,6 +14,7 @@ namespace cairn {
 namespace {
 
 constexpr const char* kAxes = "xyz";
+constexpr double kLeastTolerance = 1e-6;  // of a point inside an obstacle, whose region is not empty [m]
 
 Box ToBox(const BoxConfig& config, int dimension) {
   Box box;
@@ -143,7 +144,7 @@ double SquareRoom(const World& world, const Vector3d& p) {
 bool World::Contains(const Box& region, const Vector3d& p) const { return SignedDistance(region, p, dimension) <= 0; }
 
 Box RegionAround(const World& world, const Vector3d& point, double tolerance) {
-  const double half = std::clamp(SquareRoom(world, point), 1e-3 * tolerance, tolerance);
+  const double half = std::min(std::max(SquareRoom(world, point), kLeastTolerance), tolerance);
   Box region;
   for (int k = 0; k < world.dimension; ++k) {
     region.min[k] = std::max(point[k] - half, world.bounds.min[k]);

@@ -92,7 +92,8 @@ class Trip {
   bool Stands(const RobotState& state) const {
     const VehicleConfig& vehicle = experiment_.vehicle;
     const auto& [vx, vy, vz, yaw_rate] = state.velocity;
-    return std::hypot(vx, vy, vz) < kStands * vehicle.max_speed && std::abs(yaw_rate) < kStands * vehicle.top_yaw_rate();
+    return std::hypot(vx, vy, vz) < kStands * vehicle.max_speed &&
+           std::abs(yaw_rate) < kStands * vehicle.top_yaw_rate();
   }
 
   // Each new note, and how far it is once a second.

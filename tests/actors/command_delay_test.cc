@@ -53,7 +53,10 @@ TEST(CommandDelayTest, EpisodesDifferWithinTheSpread) {
   for (uint32_t episode = 0; episode < 200; ++episode) {
     RandomStream parameters = Parameters(episode);
     delay.Reset(parameters);
-    delays.insert(delay.delay());
+    int64_t physics_step = 0;
+    while (delay.InForce(static_cast<int>(physics_step / kControlSteps), physics_step % kControlSteps) < 0)
+      ++physics_step;
+    delays.insert(physics_step);
   }
   EXPECT_GE(*delays.begin(), 0);
   EXPECT_LE(*delays.rbegin(), 24);

@@ -1,5 +1,7 @@
 #include "actors/scene.h"
 
+#include <fmt/core.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,6 +27,18 @@ TEST(SceneTest, StartsAreFreeInEveryHeadingAndOutsideTheGoal) {
     for (int turn = 0; turn < 16; ++turn) {
       EXPECT_FALSE(scene.obstacles().Overlaps(start.x, start.y, turn * 0.4, footprint));
     }
+  }
+}
+
+TEST(SceneTest, NoRoomIsSaidWithTheClearanceThatWasTested) {
+  Experiment experiment = HallExperiment();
+  experiment.environment.footprint_scale = 20;
+  const double clearance = 20 * experiment.vehicle.circumscribed_radius() * (1 + 3.0 / 43.0);
+  try {
+    Scene(experiment).TrainingStart(0, 0);
+    FAIL();
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr(fmt::format("no free start {:.4g} m from obstacles", clearance)));
   }
 }
 

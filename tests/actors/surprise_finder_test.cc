@@ -50,7 +50,9 @@ TEST_F(SurpriseFinderTest, RaysFindAShutDoorAndNothingElse) {
 
 TEST_F(SurpriseFinderTest, KnownDoorsAreNoSurprise) {
   const auto scene = MakeScene(MakeExperiment(true));
-  EXPECT_TRUE(Look(*scene, BeforeTheDoor(*scene)).empty());
+  const Findings findings = Look(*scene, BeforeTheDoor(*scene));
+  EXPECT_TRUE(findings.found.empty());
+  EXPECT_TRUE(findings.freed.empty());
 }
 
 TEST_F(SurpriseFinderTest, PeopleAreFoundAsTheRaysOfTheObservationSeeThem) {
@@ -101,7 +103,8 @@ TEST_F(SurpriseFinderTest, AContactIsAFindingOnlyWhereNothingIsKnown) {
   motion.x = motion.y = 0.0;  // in the outer wall
   findings = {};
   SurpriseFinder(*scene).Touch(motion, &findings);
-  EXPECT_TRUE(findings.empty());
+  EXPECT_TRUE(findings.found.empty());
+  EXPECT_TRUE(findings.freed.empty());
 }
 
 }  // namespace

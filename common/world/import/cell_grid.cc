@@ -148,7 +148,7 @@ CellGrid Rotate(const CellGrid& grid, double yaw, const std::string& file, int64
 CellGrid CropToFree(CellGrid grid, const std::optional<Box>& window, int margin, const std::string& file) {
   Eigen::Vector3i first(0, 0, 0), last = grid.size;  // the window in cells
   for (int k = 0; k < 3 && window; ++k) {
-    if (k == 2 && grid.dimension == 2) continue;
+    if (k == 2 && (grid.dimension == 2 || window->min.z() == window->max.z())) continue;
     const double low = std::floor((window->min[k] - grid.origin[k]) / grid.cell + 1e-6);
     const double high = std::ceil((window->max[k] - grid.origin[k]) / grid.cell - 1e-6);
     first[k] = static_cast<int>(std::clamp<double>(low, 0, grid.size[k]));

@@ -45,7 +45,7 @@ void CheckGrid(const std::string& file, const Vector3d& sizes, double cell, cons
 CellGrid Rotate(const CellGrid& grid, double yaw, const std::string& file, int64_t max_cells);
 
 /// The part of the grid around its free cells, with `margin` cells of what bounds them, within `window` if there is
-/// one (widened to whole cells). Throws UsageError naming `file` when no cell is free there.
+/// one (widened to whole cells; equal heights mean all). Throws UsageError naming `file` when no cell is free there.
 CellGrid CropToFree(CellGrid grid, const std::optional<Box>& window, int margin, const std::string& file);
 
 /// Boxes (in the plane rectangles) that cover exactly the cells that are not free: greedy, along x, then y, then z.

@@ -66,7 +66,7 @@ CellGrid ReadRos(const std::string& path, int64_t max_cells) {
 CellGrid ReadCells(Format format, const std::string& path, const MapOptions& options) {
   switch (format) {
     case Format::kOctomap:
-      return ReadOctomap(ReadBounded(path, kMaxBytes), path, options.slice, options.max_cells);
+      return ReadOctomap(ReadBounded(path, kMaxBytes), path, options.slice, options.max_cells, options.unknown_is_free);
     case Format::kMovingAi:
       return ReadMovingAi(ReadBounded(path, kMaxBytes), path, options.cell_size.value_or(1), options.max_cells);
     default:
@@ -100,7 +100,9 @@ ImportedMap FromGazebo(const std::string& path, const MapOptions& options) {
   map.cylinders = std::move(obstacles.cylinders);
   for (Box& box : map.boxes) box.min.z() = box.max.z() = 0;
   for (Cylinder& cylinder : map.cylinders) cylinder.base.z() = cylinder.height = 0;
-  if (map.boxes.empty() && map.cylinders.empty()) ThrowUsageError("{}: no model has a cylinder or box", path);
+  if (map.boxes.empty() && map.cylinders.empty()) {
+    ThrowUsageError("{}: no model has a cylinder or box{}", path, options.slice ? " within the slice" : "");
+  }
   map.bounds = {Vector3d::Constant(kMaxCoordinate), Vector3d::Constant(-kMaxCoordinate)};
   for (const Box& box : map.boxes) Include(box.min, box.max, &map.bounds);
   for (const Cylinder& c : map.cylinders) {

@@ -124,7 +124,7 @@ void Paint(const Leaf& leaf, const KeyBox& box, CellGrid* grid) {
 }  // namespace
 
 CellGrid ReadOctomap(std::string_view bytes, const std::string& file, const std::optional<Slice>& slice,
-                     int64_t max_cells) {
+                     int64_t max_cells, bool unknown_is_free) {
   const Header header = ParseHeader(bytes, file);
   if (!(header.resolution >= kMinCellSize && header.resolution <= kMaxCellSize)) {
     ThrowUsageError("{}: res = {} m a voxel; it must be from {} to {}", file, header.resolution, kMinCellSize,
@@ -137,16 +137,17 @@ CellGrid ReadOctomap(std::string_view bytes, const std::string& file, const std:
   };
   KeyBox box;
   ForEachLeaf(data, file, [&](const Leaf& leaf) {
-    if (leaf.occupied || !in_slice(leaf)) return;
+    if ((leaf.occupied && !unknown_is_free) || !in_slice(leaf)) return;
     box.low = box.low.cwiseMin(leaf.low);
     box.high = box.high.cwiseMax((leaf.low.array() + leaf.side).matrix());
   });
   if ((box.high - box.low).minCoeff() <= 0) {
-    ThrowUsageError("{}: no voxel{} is free", file, slice ? " of the slice" : "");
+    ThrowUsageError("{}: no voxel{} is {}", file, slice ? " of the slice" : "", unknown_is_free ? "known" : "free");
   }
-  // A margin, so that walls around the free voxels show.
-  box.low = (box.low.array() - 1).cwiseMax(0);
-  box.high = (box.high.array() + 1).cwiseMin(1 << kDepth);
+  if (!unknown_is_free) {  // a margin, so that walls around the free voxels show
+    box.low = (box.low.array() - 1).cwiseMax(0);
+    box.high = (box.high.array() + 1).cwiseMin(1 << kDepth);
+  }
   CellGrid grid;
   grid.dimension = slice ? 2 : 3;
   grid.cell = header.resolution;

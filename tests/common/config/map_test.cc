@@ -79,6 +79,13 @@ TEST_F(MapExperimentTest, ARoadmapIsFoundBesideItsFileAndKnownByItsBytes) {
   EXPECT_NE(Load("planner { roadmap: \"a.roadmap\" }").hash, loaded.hash);
 }
 
+TEST_F(MapExperimentTest, BoundsThatAreInsideOutAreRefused) {
+  const std::string bounds = "world { kind: MAP map: \"room.map\" goal_point { x: 2 y: 2 } bounds ";
+  EXPECT_NO_THROW(Load(bounds + "{ max { x: 5 y: 5 } } }"));
+  EXPECT_THAT(Error(bounds + "{ min { z: 1 } max { x: 5 y: 5 } } }"), HasSubstr("world.bounds is empty"));
+  EXPECT_THAT(Error(bounds + "{ min { x: 6 } max { x: 5 y: 5 } } }"), HasSubstr("world.bounds is empty"));
+}
+
 TEST_F(MapExperimentTest, ARoadmapIsOfOneWorld) {
   directory_.Write("a.roadmap", "bytes");
   const std::string any = "goals: ANY observation { position: false } planner { kind: RRT roadmap: \"a.roadmap\" } ";
@@ -111,6 +118,10 @@ TEST_F(MapExperimentTest, ARegionNeverReachesIntoAnObstacle) {
   EXPECT_EQ(world.goal.min, Vector3d(1, 3.75, 0));  // the wall at x = 1 is a metre away, the pillar at x = 4 two
   EXPECT_EQ(world.goal.max, Vector3d(3, 5.75, 0));
   EXPECT_EQ(world.start.max, Vector3d(6, 4, 0));  // just below the pillar
+  const World wide = MakeWorld(Load("world { point_tolerance: 1000 }", {map_, "", "1.95,2", ""}).experiment.world);
+  EXPECT_DOUBLE_EQ(wide.goal.min.x(), 1);
+  const World inside = MakeWorld(Load("world { point_tolerance: 1000 }", {map_, "", "0.5,2", ""}).experiment.world);
+  EXPECT_NEAR(inside.goal.size().x(), 2e-6, 1e-12);
 }
 
 TEST_F(MapExperimentTest, TheHashFollowsWhatTheMapSaysAndNotWhereItIs) {

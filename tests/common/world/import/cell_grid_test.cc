@@ -81,6 +81,19 @@ TEST(CellGridTest, AWindowIsWidenedToWholeCells) {
               HasSubstr("f: no cell is free within world.bounds"));
 }
 
+TEST(CellGridTest, AWindowWithoutHeightsTakesThemAll) {
+  CellGrid grid;
+  grid.dimension = 3;
+  grid.size = {4, 3, 5};
+  grid.cell = 0.5;
+  grid.origin = {0, 0, 1};
+  grid.cells.assign(60, Cell::kFree);
+  const CellGrid all = CropToFree(grid, Box{Vector3d(0, 0, 0), Vector3d(1, 1, 0)}, 1, "f");
+  EXPECT_EQ(all.size, Eigen::Vector3i(2, 2, 5));
+  EXPECT_EQ(all.origin, Vector3d(0, 0, 1));
+  EXPECT_EQ(CropToFree(grid, Box{Vector3d(0, 0, 1.5), Vector3d(1, 1, 2)}, 1, "f").size, Eigen::Vector3i(2, 2, 1));
+}
+
 TEST(CellGridTest, NothingFreeIsAnErrorWithItsCure) {
   EXPECT_THAT(ErrorOf([] { CropToFree(GridOf({"#?"}), std::nullopt, 1, "a.yaml"); }),
               HasSubstr("a.yaml: no cell is free; if free cells were saved as unknown, set world.unknown_is_free"));

@@ -96,6 +96,8 @@ TEST_F(ImportMapTest, GazeboWorldsAreBoundedByTheirObstaclesOrTheWindow) {
   MapOptions options;
   options.window = Box{Vector3d(0, 0, 0), Vector3d(9, 9, 0)};
   EXPECT_EQ(ImportMap(path, options).bounds.max, Vector3d(9, 9, 0));
+  options.slice = Slice{2, 3};
+  EXPECT_THAT(ErrorOf([&] { ImportMap(path, options); }), HasSubstr("no model has a cylinder or box within the slice"));
 }
 
 TEST_F(ImportMapTest, OptionsThatAFormatDoesNotHaveAreRefused) {

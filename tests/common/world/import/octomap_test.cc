@@ -107,6 +107,25 @@ TEST(OctomapTest, ReadsTwoBitsAChild) {
   EXPECT_EQ(grid.origin, Vector3d(-0.05 * 32768, -0.05 * 32768, 0));
 }
 
+// What a scan without ray casting leaves: it says where walls are and nothing of what is between them.
+TEST(OctomapTest, ATreeOfOccupiedVoxelsEndsAtItsLeavesWhenUnknownIsFree) {
+  octomap::OcTree tree(0.1);
+  for (const auto& [x, y] : {std::pair(0, 0), std::pair(4, 2)}) {
+    tree.updateNode(octomap::OcTreeKey(32768 + x, 32768 + y, 32768), true);
+  }
+  const std::string bytes = WriteBinary(&tree);
+  EXPECT_THAT(ErrorOf([&] {
+                ReadOctomap(bytes, "a.bt", Slice{0, 0.1}, kMax);
+              }),
+              HasSubstr("no voxel of the slice is free"));
+  EXPECT_THAT(Rows(ReadOctomap(bytes, "a.bt", Slice{0, 0.1}, kMax, true)), ElementsAre("????#", "?????", "#????"));
+  EXPECT_EQ(ReadOctomap(bytes, "a.bt", std::nullopt, kMax, true).size, Eigen::Vector3i(5, 3, 1));
+  EXPECT_THAT(ErrorOf([&] {
+                ReadOctomap(bytes, "a.bt", Slice{1, 1.1}, kMax, true);
+              }),
+              HasSubstr("no voxel of the slice is known"));
+}
+
 TEST(OctomapErrorTest, TornTreesAreRefusedAtEveryLength) {
   octomap::OcTree tree = MakeTree();
   const std::string bytes = WriteBinary(&tree);
