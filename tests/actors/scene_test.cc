@@ -127,6 +127,25 @@ TEST(SceneTest, StartsByCostToGoFollowTheTableInForce) {
 }
 
 // Every quarter of the maze and every quadrant of headings gets its share of 400 starts.
+TEST(SceneTest, ShutDoorsMayCutOffAStartRegionThatIsNotUsed) {
+  Experiment experiment;
+  experiment.world.random_blocked_doors = 3;
+  experiment.goals = Goals::kAny;
+  int refused = 0;
+  for (uint64_t seed = 1; seed <= 40; ++seed) {
+    experiment.world.seed = seed;
+    experiment.environment.start = EnvironmentConfig::Start::kUniform;
+    EXPECT_NO_THROW(Scene{experiment}) << seed;
+    experiment.environment.start = EnvironmentConfig::Start::kStartRegion;
+    try {
+      const Scene scene(experiment);
+    } catch (const UsageError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 0);
+}
+
 TEST(SceneTest, AnyGoalIsOnAnyFloorOfTheCube) {
   Experiment experiment;
   experiment.world.kind = WorldConfig::Kind::kCubeMaze;
