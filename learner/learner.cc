@@ -22,10 +22,8 @@ constexpr int64_t kNoLimit = INT64_MAX;
 constexpr auto kSettleTime = milliseconds(500);  // for the updates that are due before a checkpoint (ASYNC)
 constexpr auto kLogVisit = milliseconds(100);    // between two looks at evaluations while a log is read
 // In which a stopped run may still reach a checkpoint: the round at hand, one that is open, and one that gives the
-// vehicles' states. cairn waits a little longer (deploy/launcher/train.cc).
-constexpr double kStopRounds = 3.5;
-constexpr double kLeastStopTime_s = 1.2;
-constexpr double kMostStopTime_s = 10;
+// vehicles' states. cairn waits longer (deploy/launcher/train.cc).
+constexpr auto kStopTime = std::chrono::seconds(10);
 
 std::string CheckpointDirectory(const std::string& run_dir) { return run_dir + "/checkpoints"; }
 
@@ -103,9 +101,7 @@ void Learner::Run() {
 
 void Learner::RequestStop() {
   stop_requested_ = true;
-  if (!training_) return coordinator_.Stop();
-  const double time = std::clamp(kStopRounds * round_s_, kLeastStopTime_s, kMostStopTime_s);
-  coordinator_.StopWithin(std::chrono::duration_cast<Duration>(std::chrono::duration<double>(time)));
+  training_ ? coordinator_.StopWithin(kStopTime) : coordinator_.Stop();
 }
 
 void Learner::Prepare() {
@@ -188,7 +184,6 @@ void Learner::StartRounds() {
 void Learner::RunLockstep() {
   StartRounds();
   while (coordinator_.open_rounds() > 0) {
-    const TimePoint start = Clock::now();
     std::optional<Harvest> round = coordinator_.WaitRound();
     if (!round) return;
     Insert(*round);
@@ -203,7 +198,6 @@ void Learner::RunLockstep() {
     }
     GrantRounds();
     report_.Visit(Counters("training"), algorithm_.get());
-    round_s_ = SecondsSince(start);
   }
 }
 

@@ -111,7 +111,6 @@ class Learner {
   std::optional<RunState> resumed_;  // until the run has taken it up
   std::atomic<bool> stop_requested_{false};
   std::atomic<bool> training_{false};
-  std::atomic<double> round_s_{0};  // LOCKSTEP: what the newest round took, updates included
   bool completed_ = false;
 };
 
