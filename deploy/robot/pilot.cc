@@ -139,7 +139,10 @@ RobotCommand Pilot::Act(const RobotState& state) {
   if (fault.empty()) fault = scan_.Set(motion, state.angle_min, state.angle_step, state.ranges);
   RobotCommand command = Stop(fault);
   command.state_utime = state.utime;
-  if (!fault.empty()) return command;
+  if (!fault.empty()) {
+    if (twin_) twin_->Command(actors::RestCommand(scene_->experiment().vehicle));  // as the robot is told
+    return command;
+  }
 
   const Pose believed = Believe(motion, state.utime);
   const Vector3d p(believed.x, believed.y, believed.z);
